@@ -1,0 +1,146 @@
+//! What a run shows: the laboratory turns each into the files that people open.
+
+use solvers::{Field, isosurface::Polyline, mesh::TriangleMesh};
+
+/// A named scalar.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Metric {
+    /// Name, `snake_case`.
+    pub name: String,
+    /// Value in `unit`.
+    pub value: f64,
+    /// Unit, `"1"` if none.
+    pub unit: &'static str,
+}
+
+impl Metric {
+    /// A metric.
+    pub fn new(name: &str, value: f64, unit: &'static str) -> Self {
+        Self { name: name.into(), value, unit }
+    }
+}
+
+/// A named result; the laboratory picks the file formats.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Artifact {
+    /// A scalar field: PNG (slice through the middle in 3D), NPY and VTI.
+    Image(Image),
+    /// Closed and open lines in the plane: SVG.
+    Contour {
+        /// File stem.
+        name: String,
+        /// The lines, in the grid's length unit.
+        lines: Vec<Polyline>,
+        /// Width and height of the picture, in the same unit.
+        size: [f64; 2],
+    },
+    /// A surface: PLY, STL or OBJ.
+    Mesh {
+        /// File stem.
+        name: String,
+        /// The triangles.
+        mesh: TriangleMesh,
+    },
+    /// Curves in axes: SVG, PNG and CSV.
+    Plot(Plot),
+    /// Columns of numbers: CSV.
+    Table {
+        /// File stem.
+        name: String,
+        /// Heading and values of each column, all of one length.
+        columns: Vec<(String, Vec<f64>)>,
+    },
+}
+
+/// A scalar field and how to look at it.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// File stem.
+    pub name: String,
+    /// The values.
+    pub field: Field,
+    /// What the values are, with their unit: `b (concentration)`.
+    pub label: String,
+    /// How numbers become colours.
+    pub colors: Colors,
+    /// Values at the two ends of the colormap; `None`: least and greatest.
+    pub range: Option<[f64; 2]>,
+    /// A level-set function on the same grid whose zero contour is drawn on top.
+    pub contour: Option<Field>,
+}
+
+/// Families of perceptually uniform colormaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Colors {
+    /// From little to much.
+    Sequential,
+    /// Two sides of zero.
+    Diverging,
+    /// Black to white, without axes or scale: ink on paper.
+    Ink,
+}
+
+/// Curves in axes.
+#[derive(Clone, Debug)]
+pub struct Plot {
+    /// File stem.
+    pub name: String,
+    /// Heading.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// The curves; a legend is drawn for two or more.
+    pub series: Vec<Series>,
+}
+
+/// An axis of a [`Plot`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Quantity and unit: `wavelength (cells)`.
+    pub label: String,
+    /// Logarithmic scale.
+    pub log: bool,
+    /// Fixed limits; `None`: those of the data.
+    pub range: Option<[f64; 2]>,
+}
+
+impl Axis {
+    /// A linear axis with limits from the data.
+    pub fn linear(label: &str) -> Self {
+        Self { label: label.into(), log: false, range: None }
+    }
+
+    /// A logarithmic axis with limits from the data.
+    pub fn log(label: &str) -> Self {
+        Self { label: label.into(), log: true, range: None }
+    }
+}
+
+/// A curve of a [`Plot`].
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// Name in the legend.
+    pub label: String,
+    /// `[x, y]`, in the axes' units.
+    pub points: Vec<[f64; 2]>,
+    /// How the points are drawn.
+    pub mark: Mark,
+}
+
+/// How the points of a [`Series`] are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Mark {
+    /// Joined by a line.
+    Line,
+    /// Joined by a dashed line.
+    Dashed,
+    /// A dot each.
+    Dots,
+    /// A vertical line at each x, over the whole height.
+    Vertical,
+}

@@ -1,0 +1,17 @@
+//! Pattern models built on [`solvers`]; one folder per model.
+//!
+//! To add a model: write `<name>/mod.rs` with a `pub static MODEL`, then add
+//! the two lines marked below.
+
+mod artifact;
+mod error;
+mod model;
+mod state;
+
+pub use artifact::{Artifact, Axis, Colors, Image, Mark, Metric, Plot, Series};
+pub use error::{Error, Result};
+pub use model::{Context, Inputs, Model, NoInputs, Preset, Run, Status};
+pub use state::{State, Values};
+
+/// Every model, in the order shown by `patterns list`.
+pub static MODELS: &[&Model] = &[];

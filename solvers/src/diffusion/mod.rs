@@ -1,0 +1,11 @@
+//! Time stepping of `du_s/dt = f_s(u, x) + div(D_s grad u_s)` for species `s = 0, 1, ...`.
+
+/// The reaction part `f(u, x)` of a reaction-diffusion system, in 64-bit floats.
+pub trait Reaction: Sync {
+    /// Number of species.
+    fn species(&self) -> usize;
+
+    /// Writes `f_s` at the nodes `first..first + n` into `rates[s]`; `u[s]` holds
+    /// the concentrations there. All slices have length `n`.
+    fn rates(&self, first: usize, u: &[&[f64]], rates: &mut [&mut [f64]]);
+}

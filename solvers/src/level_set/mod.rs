@@ -1,0 +1,13 @@
+//! Fronts moving at a pluggable normal speed: `dphi/dt = -beta |grad phi|`, `phi < 0` inside.
+//!
+//! | symbol | code    | meaning                                 | unit        |
+//! |--------|---------|-----------------------------------------|-------------|
+//! | phi    | `phi`   | signed distance, negative inside        | length      |
+//! | beta   | `speed` | normal speed, positive outwards         | length/time |
+//! | kappa  | `kappa` | curvature `div(grad phi / |grad phi|)`  | 1/length    |
+//! | h      | `h`     | node distance                           | length      |
+//! | dt     | `dt`    | time step                               | time        |
+
+pub mod speed;
+
+pub use speed::{Speed, Terms};

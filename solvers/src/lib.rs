@@ -1,0 +1,21 @@
+//! Numerical methods that know no pattern.
+//!
+//! Fields live on uniform grids of one, two or three axes and are row-major
+//! with shape `[nz, ny, nx]` (absent axes have size 1); node `(k, j, i)` sits at
+//! `x = i h, y = j h, z = k h`. Inside a front `phi < 0`, everywhere.
+
+pub mod boundary;
+pub mod diffusion;
+mod error;
+pub mod field;
+pub mod grid;
+pub mod isosurface;
+pub mod level_set;
+pub mod mesh;
+pub mod order;
+pub mod random;
+
+pub use boundary::Boundary;
+pub use error::{Error, Result};
+pub use field::Field;
+pub use grid::Grid;

@@ -1,0 +1,1 @@
+//! The laboratory: runs models, watches them, writes what they return.

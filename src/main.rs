@@ -1,0 +1,3 @@
+//! `patterns`: the command line over [`lab`].
+
+fn main() {}
