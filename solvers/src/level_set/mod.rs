@@ -3,11 +3,40 @@
 //! | symbol | code    | meaning                                 | unit        |
 //! |--------|---------|-----------------------------------------|-------------|
 //! | phi    | `phi`   | signed distance, negative inside        | length      |
-//! | beta   | `speed` | normal speed, positive outwards         | length/time |
+//! | beta   | `beta`  | normal speed, positive outwards         | length/time |
+//! | v      | `v`     | velocity of a flow                      | length/time |
+//! | b      | `b`     | coefficient of motion by curvature      | length^2/time |
 //! | kappa  | `kappa` | curvature `div(grad phi / |grad phi|)`  | 1/length    |
 //! | h      | `h`     | node distance                           | length      |
 //! | dt     | `dt`    | time step                               | time        |
+//!
+//! [`LevelSet`] advances a front by any [`Speed`] under a [`Scheme`];
+//! [`reinitialize`] and [`extend_speed`] serve fronts that deform phi.
 
+mod band;
+mod curvature;
+mod evolve;
+mod extension;
+mod ghost;
+mod reinitialize;
+mod rows;
+mod scheme;
 pub mod speed;
+mod speed_advection;
+mod speed_constant;
+mod speed_curvature;
+mod speed_field;
+mod speed_sum;
+mod stage;
+mod upwind;
+mod weno;
 
+pub use evolve::LevelSet;
+pub use extension::extend_speed;
+pub use reinitialize::reinitialize;
+pub use scheme::{Order, Scheme};
 pub use speed::{Speed, Terms};
+pub use speed_advection::{FieldAdvection, FnAdvection};
+pub use speed_constant::ConstantSpeed;
+pub use speed_curvature::CurvatureSpeed;
+pub use speed_field::{FieldSpeed, FnSpeed};
