@@ -8,6 +8,8 @@
 //! | h      | `h`     | node distance                           | length      |
 //! | dt     | `dt`    | time step                               | time        |
 
+pub mod distance;
 pub mod speed;
 
+pub use distance::{Redistance, RedistanceOptions, redistance};
 pub use speed::{Speed, Terms};
