@@ -14,6 +14,9 @@ pub mod level_set;
 pub mod mesh;
 pub mod order;
 pub mod random;
+pub mod sparse;
+pub mod spectral;
+pub mod stability;
 
 pub use boundary::Boundary;
 pub use error::{Error, Result};

@@ -1,5 +1,16 @@
 //! Time stepping of `du_s/dt = f_s(u, x) + div(D_s grad u_s)` for species `s = 0, 1, ...`.
 
+mod etdrk4;
+mod operator;
+mod operator_tensor;
+mod rates;
+mod semi_implicit;
+
+pub use etdrk4::{Etdrk4, Etdrk4Config};
+pub use operator::{Diffusivity, FaceMean, Operator};
+pub use operator_tensor::Tensor;
+pub use semi_implicit::{ImexScheme, SemiImplicit, SemiImplicitConfig};
+
 /// The reaction part `f(u, x)` of a reaction-diffusion system, in 64-bit floats.
 pub trait Reaction: Sync {
     /// Number of species.

@@ -1,0 +1,204 @@
+//! Implicit diffusion, explicit reaction.
+
+use super::rates::{self, combine};
+use super::{Diffusivity, Operator, Reaction};
+use crate::sparse::{Cholesky, Ordering, Scratch, Symbolic, nested_dissection};
+use crate::spectral::{LaplacianSymbol, Transform};
+use crate::{Boundary, Grid, Result};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_1_SQRT_2;
+
+/// Implicit-explicit one-step schemes; both are stable for any dt if there is only diffusion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ImexScheme {
+    /// First order: `(1 - dt A) u' = u + dt f(u)`.
+    Euler,
+    /// Second order, L-stable, two stages: ARS(2,2,2) of Ascher, Ruuth and Spiteri 1997, section 2.6.
+    #[default]
+    Ars222,
+}
+
+/// How a [`SemiImplicit`] steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SemiImplicitConfig {
+    /// Time step; the reaction limits it, diffusion does not.
+    pub dt: f64,
+    /// The scheme.
+    pub scheme: ImexScheme,
+    /// The Laplacian of species with constant diffusion; maps and tensors have their own stencil.
+    pub laplacian: LaplacianSymbol,
+}
+
+/// `du_s/dt = f_s(u, x) + div(D_s grad u_s)` with implicit diffusion.
+///
+/// Constant D is solved in the Fourier or cosine series, maps and tensors by a sparse
+/// Cholesky factor made once. There is no hidden state: a step depends on `u` alone.
+#[derive(Debug)]
+pub struct SemiImplicit {
+    grid: Grid,
+    config: SemiImplicitConfig,
+    solves: Vec<Solve>,
+    transform: Transform,
+    modes: Vec<f64>,
+    rates: Vec<Vec<f64>>,
+    stage: Vec<Vec<f64>>,
+    next: Vec<Vec<f64>>,
+}
+
+/// `(1 - gamma dt A)^-1` of one species.
+enum Solve {
+    Identity,
+    Diagonal(Vec<f64>),
+    Factor(Cholesky, Scratch),
+}
+
+/// Both diagonal entries of ARS(2,2,2)'s implicit table.
+const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
+
+impl SemiImplicit {
+    /// A stepper for as many species as there are diffusivities.
+    ///
+    /// # Errors
+    /// If `dt` is not positive, a diffusivity is not valid (see [`Operator::new`]), or the
+    /// boundary is extrapolated.
+    pub fn new(
+        grid: Grid,
+        boundary: Boundary,
+        diffusion: &[Diffusivity],
+        config: SemiImplicitConfig,
+    ) -> Result<Self> {
+        rates::check_dt(config.dt)?;
+        let transform = Transform::new(grid, boundary)?;
+        let theta = match config.scheme {
+            ImexScheme::Euler => config.dt,
+            ImexScheme::Ars222 => GAMMA * config.dt,
+        };
+        let solve = |d: &Diffusivity| Solve::new(&transform, boundary, d, theta, config.laplacian);
+        let solves = diffusion.iter().map(solve).collect::<Result<Vec<_>>>()?;
+        let fields = || vec![vec![0.0; grid.len()]; diffusion.len()];
+        let modes = vec![0.0; grid.len()];
+        Ok(Self {
+            grid,
+            config,
+            solves,
+            transform,
+            modes,
+            rates: fields(),
+            stage: fields(),
+            next: fields(),
+        })
+    }
+
+    /// Advances `u`, one field per species, by one time step.
+    ///
+    /// # Errors
+    /// If the number of species or a length does not fit.
+    pub fn step(&mut self, reaction: &dyn Reaction, u: &mut [Vec<f64>]) -> Result<()> {
+        rates::check(self.grid, self.solves.len(), reaction, u)?;
+        match self.config.scheme {
+            ImexScheme::Euler => self.euler(reaction, u),
+            ImexScheme::Ars222 => self.ars222(reaction, u),
+        }
+        Ok(())
+    }
+
+    /// One line per species: which solver it has.
+    pub fn describe(&self) -> String {
+        let line = |(s, solve): (usize, &Solve)| format!("species {s}: {}", solve.describe());
+        self.solves.iter().enumerate().map(line).collect::<Vec<_>>().join("\n")
+    }
+
+    fn euler(&mut self, reaction: &dyn Reaction, u: &mut [Vec<f64>]) {
+        let Self { solves, transform, modes, rates, next, .. } = self;
+        let dt = self.config.dt;
+        rates::evaluate(reaction, u, rates);
+        for (s, solve) in solves.iter_mut().enumerate() {
+            combine(&mut next[s], [&u[s], &rates[s]], |_, [u, f]| u + dt * f);
+            solve.apply(transform, modes, &next[s], &mut u[s]);
+        }
+    }
+
+    /// Stage 2: `(1 - gamma dt A) v = u + gamma dt f(u)`. Result: `(1 - gamma dt A) u' =
+    /// u + dt (delta f(u) + (1 - delta) f(v)) + (1 - gamma) dt A v`, where `A v` follows
+    /// from stage 2 without applying A.
+    fn ars222(&mut self, reaction: &dyn Reaction, u: &mut [Vec<f64>]) {
+        let Self { solves, transform, modes, rates, stage, next, .. } = self;
+        let dt = self.config.dt;
+        let delta = 1.0 - 0.5 / GAMMA;
+        let ratio = (1.0 - GAMMA) / GAMMA;
+        rates::evaluate(reaction, u, rates);
+        for (s, solve) in solves.iter_mut().enumerate() {
+            combine(&mut next[s], [&u[s], &rates[s]], |_, [u, f]| u + GAMMA * dt * f);
+            solve.apply(transform, modes, &next[s], &mut stage[s]);
+            combine(&mut next[s], [&u[s], &rates[s], &stage[s]], |rhs, [u, f, v]| {
+                u + delta * dt * f + ratio * (v - rhs)
+            });
+        }
+        rates::evaluate(reaction, stage, rates);
+        for (s, solve) in solves.iter_mut().enumerate() {
+            combine(&mut next[s], [&rates[s]], |sum, [f]| sum + (1.0 - delta) * dt * f);
+            solve.apply(transform, modes, &next[s], &mut u[s]);
+        }
+    }
+}
+
+impl Solve {
+    fn new(
+        transform: &Transform,
+        boundary: Boundary,
+        diffusivity: &Diffusivity,
+        theta: f64,
+        laplacian: LaplacianSymbol,
+    ) -> Result<Self> {
+        let grid = transform.grid();
+        let operator = Operator::new(grid, boundary, diffusivity)?;
+        if let Diffusivity::Constant(d) = *diffusivity {
+            let h = grid.spacing();
+            let factor = |k| 1.0 / (1.0 + theta * d * laplacian.at(k, h));
+            return Ok(if d == 0.0 {
+                Self::Identity
+            } else {
+                Self::Diagonal(transform.map_modes(factor))
+            });
+        }
+        let matrix = operator.matrix(1.0, -theta)?;
+        let order = nested_dissection(grid.axes(), boundary == Boundary::Periodic);
+        let symbolic = Symbolic::new(&matrix, Ordering::Custom(&order))?;
+        let factor = Cholesky::new(symbolic, &matrix)?;
+        let scratch = factor.scratch(1);
+        Ok(Self::Factor(factor, scratch))
+    }
+
+    fn apply(&mut self, transform: &mut Transform, modes: &mut [f64], b: &[f64], x: &mut [f64]) {
+        match self {
+            Self::Identity => x.copy_from_slice(b),
+            Self::Diagonal(factors) => {
+                transform.forward(b, modes);
+                combine(modes, [factors], |mode, [factor]| mode * factor);
+                transform.inverse(modes, x);
+            }
+            Self::Factor(factor, scratch) => {
+                x.copy_from_slice(b);
+                factor.solve(x, scratch);
+            }
+        }
+    }
+
+    fn describe(&self) -> String {
+        match self {
+            Self::Identity => "no diffusion".into(),
+            Self::Diagonal(_) => "constant diffusion by series".into(),
+            Self::Factor(factor, _) => {
+                let (n, entries) = (factor.len(), factor.entries());
+                format!("sparse Cholesky, {n} unknowns, {entries} entries in the factor")
+            }
+        }
+    }
+}
+
+impl std::fmt::Debug for Solve {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.describe())
+    }
+}

@@ -1,0 +1,92 @@
+use super::*;
+use crate::random;
+use nalgebra_sparse::CscMatrix;
+
+/// `shift + ` the 2D Dirichlet Laplacian with random positive conductances.
+fn grid_matrix([ny, nx]: [usize; 2], shift: f64, index: u64) -> SymmetricMatrix {
+    let mut stream = random::stream(3, "conductance", index);
+    let mut triplets = Vec::new();
+    for n in 0..ny * nx {
+        triplets.push((n, n, shift));
+        let beside = [(n % nx + 1 < nx).then_some(n + 1), (n + nx < ny * nx).then_some(n + nx)];
+        for other in beside.into_iter().flatten() {
+            let w = 0.1 + random::uniform(&mut stream);
+            triplets.extend([(n, n, w), (other, other, w), (other, n, -w), (n, other, -w)]);
+        }
+    }
+    SymmetricMatrix::from_triplets(ny * nx, triplets).unwrap()
+}
+
+fn residual(matrix: &SymmetricMatrix, x: &[f64], b: &[f64]) -> f64 {
+    let mut product = vec![0.0; x.len()];
+    matrix.multiply(x, &mut product);
+    product.iter().zip(b).map(|(p, b)| (p - b).abs()).fold(0.0, f64::max)
+}
+
+/// Both orderings, several values of one pattern, several right-hand sides at once.
+#[test]
+fn solutions_satisfy_their_systems() {
+    let shape = [23, 31];
+    let n = shape[0] * shape[1];
+    let order = nested_dissection(&shape, false);
+    for ordering in [Ordering::Amd, Ordering::Custom(&order)] {
+        let first = grid_matrix(shape, 0.5, 0);
+        let symbolic = Symbolic::new(&first, ordering).unwrap();
+        let mut factor = Cholesky::new(symbolic, &first).unwrap();
+        let mut scratch = factor.scratch(3);
+        for index in 1..3 {
+            let matrix = grid_matrix(shape, 0.5, index);
+            factor.refactorize(&matrix).unwrap();
+            let mut stream = random::stream(4, "right-hand side", index);
+            let b: Vec<f64> = (0..3 * n).map(|_| random::normal(&mut stream)).collect();
+            let mut x = b.clone();
+            factor.solve(&mut x, &mut scratch);
+            let mut single = b[n..2 * n].to_vec();
+            factor.solve(&mut single, &mut scratch);
+            for (x, b) in x.chunks(n).chain([&single[..]]).zip(b.chunks(n).chain([&b[n..2 * n]])) {
+                // Condition number 10/0.5: a few hundred round-offs at most.
+                assert!(residual(&matrix, x, b) < 1e-13);
+            }
+        }
+    }
+}
+
+#[test]
+fn dissection_fills_less_than_minimum_degree() {
+    let shape = [100, 100];
+    let matrix = grid_matrix(shape, 1.0, 0);
+    let order = nested_dissection(&shape, false);
+    let entries = |ordering| Symbolic::new(&matrix, ordering).unwrap().factor_entries();
+    let (amd, own) = (entries(Ordering::Amd), entries(Ordering::Custom(&order)));
+    println!("entries of the factor, 100 x 100: minimum degree {amd}, dissection {own}");
+    assert!(own < amd);
+}
+
+#[test]
+fn the_row_of_a_bad_pivot_is_named() {
+    // Path of three nodes, the middle one with a negative diagonal.
+    let triplets = [(0, 0, 2.0), (1, 0, -1.0), (1, 1, -1.0), (2, 1, -1.0), (2, 2, 2.0)];
+    let matrix = SymmetricMatrix::from_triplets(3, triplets).unwrap();
+    for order in [[0, 2, 1], [1, 0, 2]] {
+        let symbolic = Symbolic::new(&matrix, Ordering::Custom(&order)).unwrap();
+        let message = Cholesky::new(symbolic, &matrix).unwrap_err().to_string();
+        assert!(message.contains("pivot in row 1 is not above 0"), "{message}");
+    }
+}
+
+#[test]
+fn unusable_inputs_are_refused() {
+    let good = SymmetricMatrix::from_triplets(2, [(0, 0, 1.0), (1, 1, 1.0)]).unwrap();
+    let symbolic = Symbolic::new(&good, Ordering::Amd).unwrap();
+    let mut factor = Cholesky::new(symbolic, &good).unwrap();
+    let mut nan = good.clone();
+    nan.values_mut()[1] = f64::NAN;
+    let message = factor.refactorize(&nan).unwrap_err().to_string();
+    assert_eq!(message, "matrix entry in row 1 is NaN");
+    let more = SymmetricMatrix::from_triplets(2, [(0, 0, 1.0), (1, 0, 0.1), (1, 1, 1.0)]).unwrap();
+    assert!(factor.refactorize(&more).unwrap_err().to_string().contains("[2, 3]"));
+    assert!(Symbolic::new(&good, Ordering::Custom(&[0, 0])).is_err());
+    assert!(Symbolic::new(&good, Ordering::Custom(&[0])).is_err());
+    assert!(SymmetricMatrix::from_triplets(2, [(0, 2, 1.0)]).is_err());
+    assert!(SymmetricMatrix::from_csc(CscMatrix::zeros(2, 3)).is_err());
+}
