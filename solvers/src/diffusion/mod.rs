@@ -1,5 +1,7 @@
 //! Time stepping of `du_s/dt = f_s(u, x) + div(D_s grad u_s)` for species `s = 0, 1, ...`.
 
+pub mod explicit;
+
 /// The reaction part `f(u, x)` of a reaction-diffusion system, in 64-bit floats.
 pub trait Reaction: Sync {
     /// Number of species.
