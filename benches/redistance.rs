@@ -1,7 +1,11 @@
 //! Signed distance of a 1024 x 1024 circle: milliseconds on one and two threads, errors in cells.
 //!
 //! `cargo bench --bench redistance`; `benches/peers/level_set` runs it beside scikit-fmm.
-#![allow(clippy::print_stdout, clippy::disallowed_methods, reason = "a benchmark reads the clock and prints")]
+#![allow(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "a benchmark reads the clock and prints"
+)]
 
 use solvers::level_set::{Redistance, RedistanceOptions};
 use solvers::{Field, Grid};
@@ -27,9 +31,13 @@ fn main() {
                 let ms = best(phi, band, threads);
                 let mut out = phi.clone();
                 let options = RedistanceOptions { band, ..Default::default() };
-                Redistance::new(grid, options).and_then(|mut r| r.apply(&mut out)).expect("finite input");
+                Redistance::new(grid, options)
+                    .and_then(|mut r| r.apply(&mut out))
+                    .expect("finite input");
                 let [near, mean, far] = errors(&out, &exact, band);
-                println!("patterns-{label}\t{name}\t{threads}\t{ms:.2}\t{near:.5}\t{mean:.6}\t{far:.4}");
+                println!(
+                    "patterns-{label}\t{name}\t{threads}\t{ms:.2}\t{near:.5}\t{mean:.6}\t{far:.4}"
+                );
             }
         }
     }

@@ -39,7 +39,9 @@ fn probe() {
                 let phi = Field::from_fn(unit(2, n), start);
                 let phi = run(phi, scheme(order), &mut ConstantSpeed(1.0), 0.15);
                 let s2 = contour_error(&phi, read, rounded);
-                println!("{order:?} {read:?} n={n} circle {e:.5} merge {m:.5} square max-norm {s:.4} distance {s2:.4}");
+                println!(
+                    "{order:?} {read:?} n={n} circle {e:.5} merge {m:.5} square max-norm {s:.4} distance {s2:.4}"
+                );
             }
         }
     }
@@ -58,7 +60,10 @@ fn probe2() {
                 let end = run(phi.clone(), sc, &mut CurvatureSpeed::new(1.0), t);
                 let rate = (area(&end) - a0) / t / (-2.0 * PI);
                 let (r, s) = radius(&end, c);
-                println!("{order:?} n={n} rate {rate:.6} radius-err/h {:.2e} {s:.2e}", (r - (0.35_f64.powi(2) - 2.0 * t).sqrt()) * n as f64);
+                println!(
+                    "{order:?} n={n} rate {rate:.6} radius-err/h {:.2e} {s:.2e}",
+                    (r - (0.35_f64.powi(2) - 2.0 * t).sqrt()) * n as f64
+                );
             }
         }
     }
@@ -67,10 +72,16 @@ fn probe2() {
         let phi = Field::from_fn(grid, zalesak);
         let a0 = area(&phi);
         for order in [Order::First, Order::Weno5] {
-            let mut rot = FnAdvection(|[x, y, _]: [f64; 3], _: f64| [PI / 314.0 * (50.0 - y), PI / 314.0 * (x - 50.0), 0.0]);
+            let mut rot = FnAdvection(|[x, y, _]: [f64; 3], _: f64| {
+                [PI / 314.0 * (50.0 - y), PI / 314.0 * (x - 50.0), 0.0]
+            });
             let t0 = std::time::Instant::now();
             let end = run(phi.clone(), scheme(order), &mut rot, 628.0);
-            println!("zalesak {n} {order:?} a0 {a0:.4} loss % {:.4}  {:?}", 100.0 * (a0 - area(&end)) / a0, t0.elapsed());
+            println!(
+                "zalesak {n} {order:?} a0 {a0:.4} loss % {:.4}  {:?}",
+                100.0 * (a0 - area(&end)) / a0,
+                t0.elapsed()
+            );
         }
     }
 }

@@ -10,6 +10,7 @@ pub use etdrk4::{Etdrk4, Etdrk4Config};
 pub use operator::{Diffusivity, FaceMean, Operator};
 pub use operator_tensor::Tensor;
 pub use semi_implicit::{ImexScheme, SemiImplicit, SemiImplicitConfig};
+pub mod explicit;
 
 /// The reaction part `f(u, x)` of a reaction-diffusion system, in 64-bit floats.
 pub trait Reaction: Sync {

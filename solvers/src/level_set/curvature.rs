@@ -22,7 +22,8 @@ pub(super) fn add<const DIM: usize>(row: Row<'_>, b: &[f64], per_h: f64, rate: &
     let after: [&[f64]; DIM] = std::array::from_fn(|axis| &row.along(axis, 1)[..n]);
     let corners: [[[&[f64]; 4]; DIM]; DIM] = std::array::from_fn(|axis| {
         std::array::from_fn(|other| {
-            let corner = |p, q| if axis < other { &row.diagonal(axis, p, other, q)[..n] } else { center };
+            let corner =
+                |p, q| if axis < other { &row.diagonal(axis, p, other, q)[..n] } else { center };
             [corner(1, 1), corner(-1, -1), corner(1, -1), corner(-1, 1)]
         })
     });

@@ -15,13 +15,13 @@
 
 mod band;
 mod curvature;
+pub mod distance;
 mod evolve;
 mod extension;
 mod ghost;
 mod reinitialize;
 mod rows;
 mod scheme;
-pub mod distance;
 pub mod speed;
 mod speed_advection;
 mod speed_constant;
@@ -32,11 +32,11 @@ mod stage;
 mod upwind;
 mod weno;
 
+pub use distance::{Redistance, RedistanceOptions, redistance};
 pub use evolve::LevelSet;
 pub use extension::extend_speed;
 pub use reinitialize::reinitialize;
 pub use scheme::{Order, Scheme};
-pub use distance::{Redistance, RedistanceOptions, redistance};
 pub use speed::{Speed, Terms};
 pub use speed_advection::{FieldAdvection, FnAdvection};
 pub use speed_constant::ConstantSpeed;

@@ -1,6 +1,8 @@
 //! One stage of a time step over the whole grid.
 
-use super::{Order, Scheme, band::Band, curvature, ghost::Padded, rows, speed::Parts, upwind, weno};
+use super::{
+    Order, Scheme, band::Band, curvature, ghost::Padded, rows, speed::Parts, upwind, weno,
+};
 use crate::Grid;
 use std::ops::Range;
 

@@ -100,7 +100,8 @@ pub fn area(phi: &Field) -> f64 {
         for i in 0..nx - 1 {
             let [a, b, c, d] =
                 [(j, i), (j, i + 1), (j + 1, i + 1), (j + 1, i)].map(|(j, i)| phi.at(0, j, i));
-            sum += [[a, b, c], [a, c, d], [a, b, d], [b, c, d]].map(inside).iter().sum::<f64>() / 4.0;
+            sum +=
+                [[a, b, c], [a, c, d], [a, b, d], [b, c, d]].map(inside).iter().sum::<f64>() / 4.0;
         }
     }
     sum * phi.grid().cell_volume()
