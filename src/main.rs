@@ -1,3 +1,7 @@
 //! `patterns`: the command line over [`lab`].
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    lab::cli::main()
+}

@@ -4,9 +4,13 @@
 //! the two lines marked below.
 
 mod artifact;
+mod config;
 mod error;
 mod model;
 mod state;
+
+
+pub(crate) use config::{check_memory, from_table, to_table};
 
 pub use artifact::{Artifact, Axis, Colors, Image, Mark, Metric, Plot, Series};
 pub use error::{Error, Result};
@@ -14,4 +18,5 @@ pub use model::{Context, Inputs, Model, NoInputs, Preset, Run, Status};
 pub use state::{State, Values};
 
 /// Every model, in the order shown by `patterns list`.
-pub static MODELS: &[&Model] = &[];
+pub static MODELS: &[&Model] = &[
+];

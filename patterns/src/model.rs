@@ -33,6 +33,8 @@ pub struct Context<'a> {
     pub seed: u64,
     /// Reads an image or array that the configuration names; the caller owns the disk.
     pub inputs: &'a dyn Inputs,
+    /// Bytes of memory that a run may take; larger requests are refused at the start.
+    pub memory: u64,
 }
 
 /// Reads the files that a configuration names.
@@ -73,6 +75,12 @@ pub trait Run {
 
     /// Named scalars of the current state, for `run.json`; may cost more than a step.
     fn metrics(&self) -> Vec<Metric>;
+
+    /// Cheap scalars of the current state for the log and the convergence plot,
+    /// the same names at every step.
+    fn observe(&self) -> Vec<Metric> {
+        Vec::new()
+    }
 
     /// What can be drawn or saved in the current state.
     fn artifacts(&self) -> Vec<Artifact>;

@@ -94,6 +94,17 @@ impl State {
         }
     }
 
+    /// A single counter.
+    ///
+    /// # Errors
+    /// If it is missing, of another type or not alone.
+    pub fn one_u64(&self, name: &str) -> Result<u64> {
+        match self.arrays.get(name) {
+            Some(Values::U64(values)) if values.len() == 1 => Ok(values[0]),
+            other => Err(mismatch(name, "1 counter", other)),
+        }
+    }
+
     /// Bytes of any length.
     ///
     /// # Errors

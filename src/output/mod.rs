@@ -9,7 +9,7 @@ pub mod canvas;
 pub mod colormap;
 pub mod convert;
 pub mod csv;
-mod font;
+pub(crate) mod font;
 pub mod mesh;
 pub mod npy;
 pub mod picture;

@@ -1,0 +1,125 @@
+//! Published figures and the README's pictures: `examples/*.toml` to one PNG each.
+
+mod sheet;
+
+use crate::{
+    output,
+    request::{Request, parse_toml},
+    runner::{self, Options},
+};
+use anyhow::{Context as _, Result};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+use toml::Table;
+
+/// The files of `examples/`, carried by the program.
+const EXAMPLES: &[(&str, &str)] = &[];
+
+/// What a figure shows.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Caption {
+    /// Name on the command line and of the picture.
+    pub id: String,
+    /// One sentence.
+    pub title: String,
+    /// The file of the run's output that is the picture.
+    #[serde(default = "ink")]
+    pub picture: String,
+    /// Panels in a row.
+    #[serde(default = "two")]
+    pub columns: usize,
+    /// Settings that make a quick version of the same figure.
+    #[serde(default)]
+    pub quick: Table,
+}
+
+fn ink() -> String {
+    "ink.png".into()
+}
+
+fn two() -> usize {
+    2
+}
+
+/// A run of a figure with several panels.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Panel {
+    /// Text under the panel.
+    pub title: String,
+    /// Name of the model.
+    pub command: String,
+    /// Seed of all random streams.
+    #[serde(default)]
+    pub seed: u64,
+    /// The file of the run's output that is the picture; absent: that of the figure.
+    pub picture: Option<String>,
+    /// Configuration of the model.
+    #[serde(default)]
+    pub config: Table,
+}
+
+/// A figure, ready to be made.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// What it shows.
+    pub caption: Caption,
+    /// Its runs; one for a figure without panels.
+    pub panels: Vec<Panel>,
+}
+
+/// All figures, in order of the files' names.
+///
+/// # Errors
+/// If an example is broken; a test sees to it that none is.
+pub fn all() -> Result<Vec<Figure>> {
+    let mut figures = Vec::new();
+    for (name, text) in EXAMPLES {
+        let file = parse_toml(text, Path::new(name))?;
+        let Some(caption) = file.figure else { continue };
+        let mut panels = file.panel;
+        if panels.is_empty() {
+            panels.push(Panel {
+                title: String::new(),
+                command: file.command,
+                seed: file.seed,
+                picture: None,
+                config: file.config,
+            });
+        }
+        figures.push(Figure { caption, panels });
+    }
+    Ok(figures)
+}
+
+/// Runs a figure's panels in `folder/runs/` and writes `folder/<id>.png`.
+///
+/// # Errors
+/// If a run fails, or the folder cannot be written to.
+pub fn make(figure: &Figure, folder: &Path, quick: bool) -> Result<PathBuf> {
+    let id = &figure.caption.id;
+    let mut pictures = Vec::new();
+    for (n, panel) in figure.panels.iter().enumerate() {
+        let mut request = Request::new(&panel.command, panel.seed);
+        request.config = panel.config.clone();
+        if quick {
+            request.config.extend(figure.caption.quick.clone());
+        }
+        let out = folder.join("runs").join(format!("{id}-{}", n + 1));
+        let options =
+            Options { out: Some(out.clone()), force: true, frames: 0, ..Options::default() };
+        let name = panel.picture.as_ref().unwrap_or(&figure.caption.picture);
+        runner::run(&request, &options).with_context(|| format!("figure {id}"))?;
+        let picture = std::fs::read(out.join(name))
+            .with_context(|| format!("figure {id}: the run made no `{name}`"))?;
+        pictures.push((panel.title.clone(), picture));
+    }
+    let bytes = match pictures.as_slice() {
+        [(title, picture)] if title.is_empty() => picture.clone(),
+        _ => sheet::encode(&pictures, figure.caption.columns)?,
+    };
+    let path = folder.join(format!("{id}.png"));
+    output::save_bytes(&path, &bytes)?;
+    Ok(path)
+}

@@ -1,0 +1,49 @@
+//! Several pictures with their captions on one sheet.
+
+use crate::output::{canvas::Canvas, font::Hang};
+use anyhow::{Context as _, Result};
+use image::RgbImage;
+
+/// Space around a panel, pixels.
+const GAP: usize = 16;
+/// Size of a caption, pixels.
+const TEXT: f64 = 20.0;
+/// Height of a caption with its space, pixels.
+const CAPTION: usize = 34;
+
+/// Puts PNG pictures in rows of `columns`, each with its caption below, as one PNG.
+///
+/// # Errors
+/// If a picture is no PNG, or the font fails.
+pub(super) fn encode(panels: &[(String, Vec<u8>)], columns: usize) -> Result<Vec<u8>> {
+    let decode = |(title, png): &(String, Vec<u8>)| -> Result<(String, RgbImage)> {
+        let picture = image::load_from_memory(png).with_context(|| format!("panel `{title}`"))?;
+        Ok((title.clone(), picture.to_rgb8()))
+    };
+    let panels: Result<Vec<_>> = panels.iter().map(decode).collect();
+    let panels = panels?;
+    let columns = columns.clamp(1, panels.len().max(1));
+    let largest = |side: fn(&RgbImage) -> u32| {
+        panels.iter().map(|(_, p)| side(p) as usize).max().unwrap_or(1)
+    };
+    let (width, height) = (largest(RgbImage::width), largest(RgbImage::height));
+    let caption = if panels.iter().any(|(title, _)| !title.is_empty()) { CAPTION } else { 0 };
+    let (cell_x, cell_y) = (width + GAP, height + caption + GAP);
+    let rows = panels.len().div_ceil(columns);
+    let mut sheet = Canvas::new(GAP + columns * cell_x, GAP + rows * cell_y);
+    for (n, (title, picture)) in panels.iter().enumerate() {
+        let (left, top) = (GAP + n % columns * cell_x, GAP + n / columns * cell_y);
+        let (w, h) = (picture.width() as usize, picture.height() as usize);
+        let (x, y) = (left + (width - w) / 2, top + height - h);
+        for (row, pixels) in picture.as_raw().chunks_exact(3 * w).enumerate() {
+            sheet.row_mut(x, y + row, w).copy_from_slice(pixels);
+        }
+        if !title.is_empty() {
+            let at = [(left + width / 2) as f64, (top + height + 8) as f64];
+            sheet.text(title, at, TEXT, Hang::Below)?;
+        }
+    }
+    let mut bytes = Vec::new();
+    sheet.write_png(&mut bytes)?;
+    Ok(bytes)
+}

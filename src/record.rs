@@ -1,0 +1,112 @@
+//! What is kept while a run goes on: frames of the animation and the log.
+
+use crate::output::animation::Animation;
+use anyhow::Result;
+use patterns::{Artifact, Axis, Mark, Plot, Run, Series, State};
+
+/// Rows of the log and frames of the animation that a run aims at.
+const OBSERVATIONS: u64 = 400;
+
+/// Keeps the log and the animation of a run, through checkpoints too.
+pub struct Recorder {
+    every: u64,
+    frame_every: u64,
+    /// Heading and unit of each column; empty until the first observation.
+    columns: Vec<(String, &'static str)>,
+    iterations: Vec<f64>,
+    rows: Vec<f64>,
+    animation: Animation,
+}
+
+impl Recorder {
+    /// For a run of `max_iterations` steps and an animation of about `frames` frames.
+    pub fn new(max_iterations: u64, frames: u64) -> Self {
+        Self {
+            every: max_iterations.div_ceil(OBSERVATIONS).max(1),
+            frame_every: max_iterations.div_ceil(frames.max(1)).max(1),
+            columns: Vec::new(),
+            iterations: Vec::new(),
+            rows: Vec::new(),
+            animation: Animation::new(usize::try_from(frames).unwrap_or(usize::MAX)),
+        }
+    }
+
+    /// Looks at a run; costs nothing between two observations.
+    ///
+    /// # Errors
+    /// If a frame cannot be drawn.
+    pub fn observe(&mut self, run: &dyn Run, last: bool) -> Result<()> {
+        let n = run.iterations();
+        let seen = self.iterations.last() == Some(&(n as f64));
+        if (n.is_multiple_of(self.every) || last) && !seen {
+            let metrics = run.observe();
+            if self.columns.is_empty() {
+                self.columns = metrics.iter().map(|m| (m.name.clone(), m.unit)).collect();
+            }
+            self.iterations.push(n as f64);
+            self.rows.extend(metrics.iter().map(|m| m.value));
+        }
+        if n.is_multiple_of(self.frame_every)
+            && let Some(image) = run.frame()
+        {
+            self.animation.push(&image)?;
+        }
+        Ok(())
+    }
+
+    /// The animation so far.
+    pub fn animation(&self) -> &Animation {
+        &self.animation
+    }
+
+    /// The log as a table and a plot of each column; nothing for a run that reports nothing.
+    pub fn artifacts(&self) -> Vec<Artifact> {
+        if self.columns.is_empty() {
+            return Vec::new();
+        }
+        let mut columns = vec![("iteration".into(), self.iterations.clone())];
+        for (c, (name, _)) in self.columns.iter().enumerate() {
+            columns.push((name.clone(), self.column(c)));
+        }
+        let mut artifacts = vec![Artifact::Table { name: "log".into(), columns }];
+        for (c, (name, unit)) in self.columns.iter().enumerate() {
+            let points = self.iterations.iter().copied().zip(self.column(c));
+            let label = if *unit == "1" { name.clone() } else { format!("{name} ({unit})") };
+            artifacts.push(Artifact::Plot(Plot {
+                name: format!("log-{}", name.replace('_', "-")),
+                title: format!("{} against iteration", name.replace('_', " ")),
+                x: Axis::linear("iteration"),
+                y: Axis::linear(&label.replace('_', " ")),
+                series: vec![Series {
+                    label: name.replace('_', " "),
+                    points: points.map(|(x, y)| [x, y]).collect(),
+                    mark: Mark::Line,
+                }],
+            }));
+        }
+        artifacts
+    }
+
+    fn column(&self, c: usize) -> Vec<f64> {
+        self.rows.iter().skip(c).step_by(self.columns.len()).copied().collect()
+    }
+
+    /// Adds the log and the frames to a checkpoint.
+    pub fn save(&self, state: &mut State) {
+        state.put_f64("lab.iterations", &self.iterations);
+        state.put_f64("lab.rows", &self.rows);
+        state.put_u8("lab.frames", &self.animation.to_bytes());
+    }
+
+    /// Takes the log and the frames from a checkpoint.
+    ///
+    /// # Errors
+    /// If they are missing or do not fit `run`.
+    pub fn restore(&mut self, state: &State, run: &dyn Run) -> Result<()> {
+        self.columns = run.observe().into_iter().map(|m| (m.name, m.unit)).collect();
+        self.iterations = state.all_f64("lab.iterations")?.to_vec();
+        self.rows = state.all_f64("lab.rows")?.to_vec();
+        self.animation = Animation::from_bytes(state.all_u8("lab.frames")?)?;
+        Ok(())
+    }
+}

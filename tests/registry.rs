@@ -1,0 +1,91 @@
+//! Rules that every model obeys; a new model is tested without touching this file.
+
+use patterns::{Context, MODELS, Model, NoInputs, Run, Status};
+use toml::Table;
+
+const SEED: Context<'static> = Context { seed: 7, inputs: &NoInputs, memory: 1 << 32 };
+
+/// Every preset and the default of a model.
+fn configs(model: &Model) -> Vec<(String, Table)> {
+    let presets = model.presets.iter().map(|p| (p.name.to_owned(), p.config.parse().unwrap()));
+    std::iter::once(("default".to_owned(), Table::new())).chain(presets).collect()
+}
+
+fn steps(run: &mut dyn Run, n: usize) {
+    for _ in 0..n {
+        if run.step().unwrap() != Status::Running {
+            break;
+        }
+    }
+}
+
+fn bits(run: &dyn Run) -> String {
+    format!("{:?}", run.save())
+}
+
+#[test]
+fn a_run_repeats_itself_for_one_and_three_threads() {
+    for model in MODELS {
+        for (name, config) in configs(model) {
+            let state = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| {
+                    let mut run = (model.start)(&config, &SEED).unwrap();
+                    steps(run.as_mut(), 12);
+                    bits(run.as_ref())
+                })
+            };
+            assert!(state(1) == state(3), "{} {name}: threads change the bytes", model.name);
+        }
+    }
+}
+
+#[test]
+fn a_restored_run_goes_on_to_the_same_bytes() {
+    for model in MODELS {
+        for (name, config) in configs(model) {
+            let mut whole = (model.start)(&config, &SEED).unwrap();
+            steps(whole.as_mut(), 7);
+            let saved = whole.save();
+            steps(whole.as_mut(), 6);
+            let mut resumed = (model.start)(&whole.config(), &SEED).unwrap();
+            resumed.restore(&saved).unwrap();
+            assert_eq!(resumed.iterations(), 7);
+            steps(resumed.as_mut(), 6);
+            assert!(bits(whole.as_ref()) == bits(resumed.as_ref()), "{} {name}", model.name);
+        }
+    }
+}
+
+#[test]
+fn the_complete_configuration_is_a_fixed_point() {
+    for model in MODELS {
+        for (name, config) in configs(model) {
+            let complete = (model.start)(&config, &SEED).unwrap().config();
+            let again = (model.start)(&complete, &SEED).unwrap().config();
+            assert_eq!(complete, again, "{} {name}", model.name);
+        }
+    }
+}
+
+#[test]
+fn unknown_keys_are_refused_by_name() {
+    for model in MODELS {
+        let config = "radios = 0.3".parse().unwrap();
+        let error = (model.start)(&config, &SEED).err().unwrap().to_string();
+        assert!(error.contains("radios"), "{}: {error}", model.name);
+    }
+}
+
+#[test]
+fn metrics_are_finite_and_have_one_name_each() {
+    for model in MODELS {
+        let mut run = (model.start)(&Table::new(), &SEED).unwrap();
+        steps(run.as_mut(), 12);
+        let metrics = run.metrics();
+        for (n, metric) in metrics.iter().enumerate() {
+            assert!(metric.value.is_finite(), "{}: {metric:?}", model.name);
+            assert!(metrics[..n].iter().all(|m| m.name != metric.name), "{metric:?} twice");
+        }
+    }
+}
