@@ -53,9 +53,8 @@ mod tests {
     #[test]
     fn intervals_cover_the_band_and_join_across_short_gaps() {
         let grid = Grid::new(&[2, 64], 1.0).unwrap();
-        let phi = Field::from_fn(grid, |[x, y, _]| {
-            if y > 0.0 { 9.0 } else { (x - 32.0).abs() - 20.0 }
-        });
+        let phi =
+            Field::from_fn(grid, |[x, y, _]| if y > 0.0 { 9.0 } else { (x - 32.0).abs() - 20.0 });
         let band = Band::lay(&phi, 3.0);
         assert_eq!(band.row(0), [10..15, 50..55]);
         assert!(band.row(1).is_empty());

@@ -26,9 +26,10 @@ pub fn reinitialize(phi: &mut Field, iterations: usize, boundary: Boundary) {
     let arch = pulp::Arch::new();
     for _ in 0..iterations {
         padded.load(phi.as_slice());
-        rows::for_each(phi.as_mut_slice(), grid.shape()[2], |first, next| {
+        rows::all(phi.as_mut_slice(), grid.shape()[2], rows::HEAVY, |first, next| {
             let (padded, near, start) = (&padded, &near, start.as_slice());
             arch.dispatch(Piece { grid, padded, near, start, first, next });
+            true
         });
     }
 }
@@ -100,9 +101,7 @@ fn crossing([p, q, r, s]: [f64; 4]) -> f64 {
         } else {
             high = t;
         }
-        let slope = r - q
-            + (2.0 * t - 1.0) * second
-            + (3.0 * t * t - 1.0) * third;
+        let slope = r - q + (2.0 * t - 1.0) * second + (3.0 * t * t - 1.0) * third;
         let newton = t - value / slope;
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         if (next - t).abs() < 1e-15 {
@@ -158,9 +157,8 @@ fn minmod(a: f64, b: f64) -> f64 {
 fn relax<const DIM: usize>(view: Row<'_>, start: &[f64], h: f64, next: &mut [f64]) {
     let n = view.len();
     let (start, next) = (&start[..n], &mut next[..n]);
-    let lines: [[&[f64]; 5]; DIM] = std::array::from_fn(|axis| {
-        std::array::from_fn(|k| &view.along(axis, k as isize - 2)[..n])
-    });
+    let lines: [[&[f64]; 5]; DIM] =
+        std::array::from_fn(|axis| std::array::from_fn(|k| &view.along(axis, k as isize - 2)[..n]));
     for i in 0..n {
         let sign = 1.0_f64.copysign(start[i]);
         let mut square = 0.0;
