@@ -1,87 +1,237 @@
 //! The field's standard tests of front propagation, against exact solutions.
+//!
+//! Bounds are those of a reference WENO5/TVD-RK3 code that reads contours by linear
+//! interpolation, whose own error on a circle, `kappa h / 8` node distances, is most
+//! of what such figures show; the ENO read-out shows what the front itself does.
 
 mod level_set_support;
-use level_set_support::*;
-use solvers::level_set::{
-    ConstantSpeed, CurvatureSpeed, FnAdvection, LevelSet, Order, Scheme, reinitialize,
+
+use level_set_support::{
+    Read, area, contour, contour_error, distance, radius, run, scheme, unit, zalesak,
 };
-use solvers::{Boundary, Field, Grid, order::observed_order};
+use solvers::level_set::{ConstantSpeed, CurvatureSpeed, FnAdvection, Order, Scheme, Speed, Terms};
+use solvers::{Field, Grid, Result, order::observed_order};
 use std::f64::consts::PI;
 
 const SIZES: [usize; 4] = [32, 64, 128, 256];
 
+/// Errors at [`SIZES`] in node distances, and the observed order of the error as a length.
+fn table(name: &str, error: impl Fn(usize) -> f64) -> ([f64; 4], f64) {
+    let errors = SIZES.map(error);
+    let index = |n| SIZES.iter().position(|&m| m == n).unwrap();
+    let order = observed_order(&SIZES, |n| errors[index(n)] / n as f64);
+    println!("{name}: max error {errors:.5?} h at n = {SIZES:?}, order {order:.2}");
+    (errors, order)
+}
+
+/// A circle grows from radius 0.2 to 0.35.
+fn expanding_circle(order: Order, read: Read) -> ([f64; 4], f64) {
+    table(&format!("expanding circle, {order:?}, {read:?}"), |n| {
+        let center = [0.5, 0.5, 0.0];
+        let phi = Field::from_fn(unit(2, n), |p| distance(p, center) - 0.2);
+        let phi = run(phi, scheme(order), &mut ConstantSpeed(1.0), 0.15);
+        contour_error(&phi, read, |p| distance(p, center) - 0.35)
+    })
+}
+
 #[test]
-fn probe() {
+fn expanding_circle_first_order() {
+    let (errors, order) = expanding_circle(Order::First, Read::Linear);
+    assert!(errors.iter().all(|&e| e < 0.25), "reference .25 h");
+    assert!((order - 1.0).abs() < 0.1, "theory 1 up to a logarithm");
+}
+
+#[test]
+fn expanding_circle_weno() {
+    let (errors, order) = expanding_circle(Order::Weno5, Read::Linear);
+    assert!(errors[0] < 0.008 && errors[3] < 0.0015, "reference .008 .. .0015 h");
+    // The read-out's error depends on where the contour crosses the edges: order 2 within 0.3.
+    assert!(order > 1.7);
+    let (_, order) = expanding_circle(Order::Weno5, Read::Eno);
+    assert!(order > 2.9, "the read-out allows 3");
+}
+
+/// Two circles grow from radius 0.25 to 0.45 and merge on the way, n cells to the height.
+fn merging_circles(order: Order, read: Read) -> ([f64; 4], f64) {
+    table(&format!("merging circles, {order:?}, {read:?}"), |n| {
+        let union = |p, r: f64| distance(p, [0.7, 0.5, 0.0]).min(distance(p, [1.3, 0.5, 0.0])) - r;
+        let grid = Grid::new(&[n + 1, 2 * n + 1], 1.0 / n as f64).unwrap();
+        let phi = Field::from_fn(grid, |p| union(p, 0.25));
+        let phi = run(phi, scheme(order), &mut ConstantSpeed(1.0), 0.2);
+        contour_error(&phi, read, |p| union(p, 0.45))
+    })
+}
+
+#[test]
+fn merging_circles_first_order() {
+    let (errors, _) = merging_circles(Order::First, Read::Linear);
+    assert!(errors.iter().all(|&e| e < 0.26), "reference .26 h");
+}
+
+#[test]
+fn merging_circles_weno() {
+    let (errors, _) = merging_circles(Order::Weno5, Read::Linear);
+    assert!(errors[0] < 0.008 && errors[3] < 0.002, "reference .008 .. .002 h");
+    let (errors, _) = merging_circles(Order::Weno5, Read::Eno);
+    assert!(errors[0] < 0.008 && errors[3] < 0.002, "reference .008 .. .002 h");
+}
+
+/// A square whose phi has mitred corners outside becomes a square with round corners.
+fn rounded_square(order: Order) -> ([f64; 4], f64) {
+    table(&format!("square corner, {order:?}"), |n| {
+        let edges = |[x, y, _]: [f64; 3]| ((x - 0.5).abs() - 0.2, (y - 0.5).abs() - 0.2);
+        let phi = Field::from_fn(unit(2, n), |p| f64::max(edges(p).0, edges(p).1));
+        let phi = run(phi, scheme(order), &mut ConstantSpeed(1.0), 0.15);
+        contour_error(&phi, Read::Linear, |p| {
+            let (dx, dy) = edges(p);
+            dx.max(0.0).hypot(dy.max(0.0)) + dx.max(dy).min(0.0) - 0.15
+        })
+    })
+}
+
+#[test]
+fn square_corners_become_round() {
+    let (first, _) = rounded_square(Order::First);
+    assert!(first.iter().all(|&e| e < 1.6), "reference 1.1 .. 1.55 h");
+    let (weno, _) = rounded_square(Order::Weno5);
+    assert!(weno.iter().all(|&e| e < 0.29), "reference .29 h");
+}
+
+#[test]
+fn circle_shrinks_by_curvature_at_the_exact_rate() {
+    // dA/dt = -2 pi b for any closed curve (Gage & Hamilton); dt = .2 h^2 as in the reference.
     for order in [Order::First, Order::Weno5] {
-        for read in [Read::Linear, Read::Cubic] {
-            for n in SIZES {
-                let c = [0.5, 0.5, 0.0];
-                let phi = Field::from_fn(unit(2, n), |p| distance(p, c) - 0.2);
-                let phi = run(phi, scheme(order), &mut ConstantSpeed(1.0), 0.15);
-                let e = contour_error(&phi, read, |p| distance(p, c) - 0.35);
-                let (p1, p2) = ([0.3, 0.5, 0.0], [0.7, 0.5, 0.0]);
-                let two = |p, r: f64| f64::min(distance(p, p1), distance(p, p2)) - r;
-                let phi = Field::from_fn(unit(2, n), |p| two(p, 0.12));
-                let phi = run(phi, scheme(order), &mut ConstantSpeed(1.0), 0.12);
-                let m = contour_error(&phi, read, |p| two(p, 0.24));
-                let sq = |[x, y, _]: [f64; 3], a: f64| (x - 0.5).abs().max((y - 0.5).abs()) - a;
-                let phi = Field::from_fn(unit(2, n), |p| sq(p, 0.2));
-                let phi = run(phi, scheme(order), &mut ConstantSpeed(1.0), 0.15);
-                let rounded = |[x, y, _]: [f64; 3]| {
-                    let (dx, dy) = ((x - 0.5).abs() - 0.2, (y - 0.5).abs() - 0.2);
-                    dx.max(0.0).hypot(dy.max(0.0)) + dx.max(dy).min(0.0) - 0.15
-                };
-                let s = contour_error(&phi, read, rounded);
-                let start = |[x, y, _]: [f64; 3]| {
-                    let (dx, dy) = ((x - 0.5).abs() - 0.2, (y - 0.5).abs() - 0.2);
-                    dx.max(0.0).hypot(dy.max(0.0)) + dx.max(dy).min(0.0)
-                };
-                let phi = Field::from_fn(unit(2, n), start);
-                let phi = run(phi, scheme(order), &mut ConstantSpeed(1.0), 0.15);
-                let s2 = contour_error(&phi, read, rounded);
-                println!(
-                    "{order:?} {read:?} n={n} circle {e:.5} merge {m:.5} square max-norm {s:.4} distance {s2:.4}"
-                );
+        for (n, closeness) in [(32, 9e-4), (64, 6e-4), (128, 2e-4)] {
+            let center = [0.5, 0.5, 0.0];
+            let phi = Field::from_fn(unit(2, n), |p| distance(p, center) - 0.35);
+            let start = area(&phi);
+            let scheme = Scheme { cfl: 0.8, ..scheme(order) };
+            let phi = run(phi, scheme, &mut CurvatureSpeed::new(1.0), 0.02);
+            let ratio = (start - area(&phi)) / (0.02 * 2.0 * PI);
+            println!("curvature flow, {order:?}: dA/dt = -2 pi * {ratio:.6} at n = {n}");
+            assert!((ratio - 1.0).abs() < closeness, "reference .9991/1.0006/.9998");
+        }
+    }
+}
+
+/// Area and contour after one turn of Zalesak's disk (Zalesak 1979) on n x n cells.
+fn zalesak_turn(n: usize, order: Order) -> (f64, f64) {
+    let grid = Grid::new(&[n + 1, n + 1], 100.0 / n as f64).unwrap();
+    let mut rotation = FnAdvection(|[x, y, _]: [f64; 3], _: f64| {
+        [PI / 314.0 * (50.0 - y), PI / 314.0 * (x - 50.0), 0.0]
+    });
+    let phi = Field::from_fn(grid, zalesak);
+    let start = area(&phi);
+    let phi = run(phi, Scheme { cfl: 0.9, ..scheme(order) }, &mut rotation, 628.0);
+    // Circle minus slot: the slot reaches from the circle up to y = 85.
+    let half: f64 = 2.5;
+    let segment = half * (225.0 - half * half).sqrt() + 225.0 * (half / 15.0).asin();
+    let exact = 225.0 * PI - (segment + 10.0 * 2.0 * half);
+    let loss = 100.0 * (start - area(&phi)) / start;
+    let loss_of_exact = 100.0 * (exact - area(&phi)) / exact;
+    let points = contour(&phi, Read::Linear);
+    let mean = points.iter().map(|&p| zalesak(p).abs()).sum::<f64>()
+        / points.len() as f64
+        / grid.spacing();
+    println!(
+        "Zalesak {n}, {order:?}: area loss {loss:.3} % of the area read at the start, \
+         {loss_of_exact:.3} % of the exact area, contour off by {mean:.3} h in the mean"
+    );
+    (loss, loss_of_exact)
+}
+
+#[test]
+fn zalesak_disk() {
+    let (first, _) = zalesak_turn(100, Order::First);
+    assert!(first > 90.0, "reference 99.9 %: first order loses the disk");
+    let (loss, loss_of_exact) = zalesak_turn(100, Order::Weno5);
+    assert!(loss.abs() < 0.88 && loss_of_exact.abs() < 0.88, "reference .88 %");
+    let (loss, loss_of_exact) = zalesak_turn(200, Order::Weno5);
+    assert!(loss.abs() < 0.1 && loss_of_exact.abs() < 0.05, "reference -.02 %");
+}
+
+/// LeVeque's deformation flow that reverses at T/2.
+struct Vortex {
+    velocity: [Field; 2],
+    period: f64,
+}
+
+impl Speed for Vortex {
+    fn add(&mut self, _: &Field, t: f64, terms: &mut Terms) -> Result<()> {
+        let turn = (PI * t / self.period).cos();
+        for (v, steady) in terms.velocity().iter_mut().zip(&self.velocity) {
+            for (v, steady) in v.as_mut_slice().iter_mut().zip(steady.as_slice()) {
+                *v += turn * steady;
             }
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn single_vortex() {
+    let grid = unit(2, 128);
+    let component = |p: f64, q: f64| (PI * p).sin().powi(2) * (2.0 * PI * q).sin();
+    let mut vortex = Vortex {
+        velocity: [
+            Field::from_fn(grid, |[x, y, _]| -component(x, y)),
+            Field::from_fn(grid, |[x, y, _]| component(y, x)),
+        ],
+        period: 8.0,
+    };
+    let phi = Field::from_fn(grid, |p| distance(p, [0.5, 0.75, 0.0]) - 0.15);
+    let start = area(&phi);
+    let phi = run(phi, Scheme { cfl: 0.9, ..scheme(Order::Weno5) }, &mut vortex, 8.0);
+    let loss = 100.0 * (1.0 - area(&phi) / start);
+    println!("single vortex, T = 8, 128 x 128: area loss {loss:.1} %");
+    // The filaments get thinner than a cell: a figure of the method, not a sharp bound.
+    assert!((20.0..35.0).contains(&loss), "reference 31 %");
+}
+
+#[test]
+fn sphere_grows() {
+    for (order, bound) in [(Order::First, 0.5), (Order::Weno5, 0.015)] {
+        for n in [16, 32] {
+            let center = [0.5, 0.5, 0.5];
+            let phi = Field::from_fn(unit(3, n), |p| distance(p, center) - 0.25);
+            let phi = run(phi, scheme(order), &mut ConstantSpeed(1.0), 0.15);
+            let error = contour_error(&phi, Read::Linear, |p| distance(p, center) - 0.4);
+            println!("expanding sphere, {order:?}: max error {error:.4} h at n = {n}");
+            // First order: sqrt(3/2) of the circle's .25 h and more; WENO5: read-out kappa h / 8.
+            assert!(error < bound * if order == Order::First { 1.0 } else { 32.0 / n as f64 });
         }
     }
 }
 
 #[test]
-fn probe2() {
-    for n in [32, 64, 128] {
-        let c = [0.5, 0.5, 0.0];
-        let phi = Field::from_fn(unit(2, n), |p| distance(p, c) - 0.35);
-        let a0 = area(&phi);
-        for order in [Order::First, Order::Weno5] {
-            for cfl in [0.8] {
-                let sc = Scheme { cfl, ..scheme(order) };
-                let t = 0.02;
-                let end = run(phi.clone(), sc, &mut CurvatureSpeed::new(1.0), t);
-                let rate = (area(&end) - a0) / t / (-2.0 * PI);
-                let (r, s) = radius(&end, c);
-                println!(
-                    "{order:?} n={n} rate {rate:.6} radius-err/h {:.2e} {s:.2e}",
-                    (r - (0.35_f64.powi(2) - 2.0 * t).sqrt()) * n as f64
-                );
-            }
-        }
-    }
-    for n in [100, 200] {
-        let grid = Grid::new(&[n + 1, n + 1], 100.0 / n as f64).unwrap();
-        let phi = Field::from_fn(grid, zalesak);
-        let a0 = area(&phi);
-        for order in [Order::First, Order::Weno5] {
-            let mut rot = FnAdvection(|[x, y, _]: [f64; 3], _: f64| {
-                [PI / 314.0 * (50.0 - y), PI / 314.0 * (x - 50.0), 0.0]
-            });
-            let t0 = std::time::Instant::now();
-            let end = run(phi.clone(), scheme(order), &mut rot, 628.0);
-            println!(
-                "zalesak {n} {order:?} a0 {a0:.4} loss % {:.4}  {:?}",
-                100.0 * (a0 - area(&end)) / a0,
-                t0.elapsed()
-            );
-        }
-    }
+fn sphere_shrinks_by_curvature() {
+    // R^2 = R0^2 - 4 b t, since kappa = 2/R.
+    let (center, t) = ([0.5, 0.5, 0.5], 0.015);
+    let exact = (0.35_f64.powi(2) - 4.0 * t).sqrt();
+    let error = |n: usize| {
+        let phi = Field::from_fn(unit(3, n), |p| distance(p, center) - 0.35);
+        let scheme = Scheme { cfl: 0.9, ..scheme(Order::First) };
+        let phi = run(phi, scheme, &mut CurvatureSpeed::new(1.0), t);
+        let (mean, spread) = radius(&phi, center);
+        println!(
+            "sphere under curvature: radius {mean:.6} +- {spread:.1e}, exact {exact:.6}, n = {n}"
+        );
+        (mean - exact).abs()
+    };
+    let order = observed_order(&[16, 32, 48], error);
+    println!("sphere under curvature: order {order:.2}");
+    assert!((order - 2.0).abs() < 0.3, "central differences are of second order");
+}
+
+#[test]
+fn sphere_is_carried() {
+    let error = |n: usize| {
+        let phi = Field::from_fn(unit(3, n), |p| distance(p, [0.4, 0.45, 0.5]) - 0.25);
+        let mut flow = FnAdvection(|_: [f64; 3], _: f64| [0.2, 0.1, -0.1]);
+        let phi = run(phi, scheme(Order::Weno5), &mut flow, 1.0);
+        contour_error(&phi, Read::Eno, |p| distance(p, [0.6, 0.55, 0.4]) - 0.25) / n as f64
+    };
+    let order = observed_order(&[16, 24, 32], error);
+    println!("carried sphere, ENO read-out: order {order:.2}, error {:.1e} at n = 32", error(32));
+    assert!(order > 2.7, "the read-out allows 3");
 }

@@ -40,17 +40,19 @@ pub(super) fn add<const DIM: usize>(row: Row<'_>, b: &[f64], per_h: f64, rate: &
             laplacian += second[axis];
             steepest += max(back * back, ahead * ahead);
         }
-        let mut normal = 0.0;
+        // n . H n times the squared gradient; mixed parts apart, so that swapping x and
+        // y swaps the same bytes.
+        let (mut normal, mut mixed) = (0.0, 0.0);
         for axis in 0..DIM {
             normal += first[axis] * first[axis] * second[axis];
             for other in axis + 1..DIM {
                 let [pp, mm, pm, mp] = corners[axis][other].map(|corner| corner[i]);
-                normal += 0.5 * (first[axis] * first[other]) * ((pp + mm) - (pm + mp));
+                mixed += 0.5 * (first[axis] * first[other]) * ((pp + mm) - (pm + mp));
             }
         }
         // Differences are not divided by h: squares carry h^2, phi itself h.
         let floor = EPSILON / (per_h * per_h);
-        let curvature = per_h * per_h * (laplacian - normal / (square + floor));
+        let curvature = per_h * per_h * (laplacian - (normal + mixed) / (square + floor));
         let bound = limit * steepest.sqrt();
         rate[i] += b[i] * max(-bound, -max(-bound, -curvature));
     }

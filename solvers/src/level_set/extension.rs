@@ -8,9 +8,9 @@ use crate::{Boundary, Error, Field, Grid, Result};
 /// `phi` is a signed distance (length). Only the values of `speed` at nodes with a
 /// neighbour of opposite sign are read; all are overwritten, except where no path
 /// along falling |phi| leads to the front. Second order, in linear time: nodes are
-/// visited in the order of |phi|, each solving the upwind form of the equation once.
-/// Adalsteinsson & Sethian 1999, J. Comput. Phys. 148:2, section 4, here with
-/// one-sided differences of second order.
+/// visited in the order of |phi|, each solving the upwind form of the equation, once
+/// from the nodes visited before as in Adalsteinsson & Sethian 1999, J. Comput. Phys.
+/// 148:2, section 4, and once with one-sided differences of second order.
 ///
 /// # Errors
 /// If the shapes differ or phi is not finite.
@@ -29,10 +29,16 @@ pub fn extend_speed(phi: &Field, speed: &mut Field, boundary: Boundary) -> Resul
         speed: speed.as_mut_slice(),
         done: vec![false; known.len()],
     };
-    for n in order_by_distance(phi.as_slice()) {
+    let order = order_by_distance(phi.as_slice());
+    for &n in &order {
         if let Some(value) = sweep.solve(n as usize) {
             sweep.speed[n as usize] = value;
             sweep.done[n as usize] = true;
+        }
+    }
+    for &n in &order {
+        if let Some(value) = sweep.refine(n as usize) {
+            sweep.speed[n as usize] = value;
         }
     }
     Ok(())
@@ -49,62 +55,87 @@ struct Sweep<'a> {
     done: Vec<bool>,
 }
 
-/// One axis of the upwind equation: `D phi = slope`, `D F = weight F - sum`.
-struct Upwind {
-    slope: f64,
-    weight: f64,
-    sum: f64,
-}
-
 impl Sweep<'_> {
-    /// Solves `sum over axes of (D phi) (D F) = 0` for F at node `n`.
+    /// Solves `sum over axes of (D phi) (D F) = 0` for F at node `n`, where D looks to
+    /// the front itself if it crosses the next edge, else to a visited node.
     fn solve(&self, n: usize) -> Option<f64> {
         if self.phi[n] == 0.0 {
             return Some(self.known[n]);
         }
         let (mut weight, mut sum) = (0.0, 0.0);
         for axis in 3 - self.grid.dim()..3 {
-            if let Some(upwind) = self.upwind(n, axis) {
-                weight += upwind.slope * upwind.weight;
-                sum += upwind.slope * upwind.sum;
-            }
+            let Some((slope, per_step, value)) = self
+                .crossing(n, axis)
+                .map(|(m, theta)| {
+                    let on_front = self.known[n] + theta * (self.known[m] - self.known[n]);
+                    (self.distance(n) / theta, 1.0 / theta, on_front)
+                })
+                .or_else(|| {
+                    let m = self.visited(n, axis)?;
+                    Some((self.distance(n) - self.distance(m), 1.0, self.speed[m]))
+                })
+            else {
+                continue;
+            };
+            weight += slope * per_step;
+            sum += slope * per_step * value;
         }
         (weight > 0.0).then(|| sum / weight)
     }
 
-    /// The differences along an axis towards the front: to the front itself if it
-    /// crosses the next edge, else to one or two extended nodes closer to it.
-    fn upwind(&self, n: usize, axis: usize) -> Option<Upwind> {
-        let distance = |m: usize| self.phi[m].abs();
-        let sides = [false, true].map(|up| self.neighbour(n, axis, up).map(|m| (m, up)));
-        let crossing = sides
-            .into_iter()
-            .flatten()
-            .filter(|&(m, _)| self.phi[m] == 0.0 || (self.phi[m] < 0.0) != (self.phi[n] < 0.0))
-            .map(|(m, _)| (m, distance(n) / (distance(n) + distance(m))))
-            .min_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((m, theta)) = crossing {
-            let on_front = self.known[n] + theta * (self.known[m] - self.known[n]);
-            let weight = 1.0 / theta;
-            return Some(Upwind { slope: distance(n) * weight, weight, sum: on_front * weight });
+    /// As [`Self::solve`], off the front, with second-order differences that may look
+    /// to any node: where the front is nearly normal to an axis, the upwind neighbour
+    /// along the other axes is visited later, but has little weight.
+    fn refine(&self, n: usize) -> Option<f64> {
+        let axes = 3 - self.grid.dim()..3;
+        if self.phi[n] == 0.0 || axes.clone().any(|axis| self.crossing(n, axis).is_some()) {
+            return None;
         }
-        let (first, up) = sides
+        let (mut weight, mut sum) = (0.0, 0.0);
+        for axis in axes {
+            let [low, high] = [false, true].map(|up| self.neighbour(n, axis, up));
+            let slope = 0.5 * (self.distance(high.unwrap_or(n)) - self.distance(low.unwrap_or(n)));
+            let up = slope < 0.0;
+            let Some(first) = (if up { high } else { low }).filter(|&m| self.done[m]) else {
+                continue;
+            };
+            let second =
+                self.neighbour(first, axis, up).filter(|&m| self.done[m] && self.same_side(m, n));
+            let (per_step, value) = second.map_or((1.0, self.speed[first]), |second| {
+                (1.5, 2.0 * self.speed[first] - 0.5 * self.speed[second])
+            });
+            weight += slope.abs() * per_step;
+            sum += slope.abs() * value;
+        }
+        (weight > 0.0).then(|| sum / weight)
+    }
+
+    fn distance(&self, n: usize) -> f64 {
+        self.phi[n].abs()
+    }
+
+    fn same_side(&self, m: usize, n: usize) -> bool {
+        self.phi[m] != 0.0 && (self.phi[m] < 0.0) == (self.phi[n] < 0.0)
+    }
+
+    /// The nearer neighbour along an axis on the other side of the front, and the
+    /// fraction of the edge to it at which the front crosses.
+    fn crossing(&self, n: usize, axis: usize) -> Option<(usize, f64)> {
+        [false, true]
             .into_iter()
-            .flatten()
-            .filter(|&(m, _)| self.done[m] && distance(m) < distance(n))
-            .min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)))?;
-        let second = self.neighbour(first, axis, up).filter(|&m| {
-            self.done[m]
-                && distance(m) < distance(first)
-                && (self.phi[m] < 0.0) == (self.phi[n] < 0.0)
-        });
-        let Some(second) = second else {
-            let slope = distance(n) - distance(first);
-            return Some(Upwind { slope, weight: 1.0, sum: self.speed[first] });
-        };
-        let slope = 1.5 * distance(n) - 2.0 * distance(first) + 0.5 * distance(second);
-        let sum = 2.0 * self.speed[first] - 0.5 * self.speed[second];
-        (slope > 0.0).then_some(Upwind { slope, weight: 1.5, sum })
+            .filter_map(|up| self.neighbour(n, axis, up))
+            .filter(|&m| !self.same_side(m, n))
+            .map(|m| (m, self.distance(n) / (self.distance(n) + self.distance(m))))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The visited neighbour along an axis that is closest to the front.
+    fn visited(&self, n: usize, axis: usize) -> Option<usize> {
+        [false, true]
+            .into_iter()
+            .filter_map(|up| self.neighbour(n, axis, up))
+            .filter(|&m| self.done[m] && self.distance(m) < self.distance(n))
+            .min_by(|&a, &b| self.distance(a).total_cmp(&self.distance(b)))
     }
 
     /// The next node along an axis, if the grid has one.

@@ -26,9 +26,10 @@ pub fn reinitialize(phi: &mut Field, iterations: usize, boundary: Boundary) {
     let arch = pulp::Arch::new();
     for _ in 0..iterations {
         padded.load(phi.as_slice());
-        rows::for_each(phi.as_mut_slice(), grid.shape()[2], |first, next| {
+        rows::all(phi.as_mut_slice(), grid.shape()[2], rows::HEAVY, |first, next| {
             let (padded, near, start) = (&padded, &near, start.as_slice());
             arch.dispatch(Piece { grid, padded, near, start, first, next });
+            true
         });
     }
 }

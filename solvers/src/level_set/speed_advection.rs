@@ -38,13 +38,19 @@ pub struct FnAdvection<F>(pub F);
 impl<F: Fn([f64; 3], f64) -> [f64; 3] + Sync> Speed for FnAdvection<F> {
     fn add(&mut self, phi: &Field, t: f64, terms: &mut Terms) -> Result<()> {
         let (grid, nx) = (phi.grid(), phi.grid().shape()[2]);
-        for (axis, v) in terms.velocity().iter_mut().take(grid.dim()).enumerate() {
-            rows::for_each(v.as_mut_slice(), nx, |first, values| {
-                for (n, v) in values.iter_mut().enumerate() {
-                    *v += (self.0)(grid.position(first * nx + n), t)[axis];
+        let velocity = terms.velocity().each_mut().map(Field::as_mut_slice);
+        rows::for_each_of_three(velocity, nx, |first, [vx, vy, vz]| {
+            let rows = vx.chunks_exact_mut(nx).zip(vy.chunks_exact_mut(nx));
+            for (row, ((vx, vy), vz)) in rows.zip(vz.chunks_exact_mut(nx)).enumerate() {
+                let [_, y, z] = grid.position((first + row) * nx);
+                for i in 0..nx {
+                    let v = (self.0)([i as f64 * grid.spacing(), y, z], t);
+                    vx[i] += v[0];
+                    vy[i] += v[1];
+                    vz[i] += v[2];
                 }
-            });
-        }
+            }
+        });
         Ok(())
     }
 }

@@ -29,8 +29,11 @@ impl<F: Fn([f64; 3], f64) -> f64 + Sync> Speed for FnSpeed<F> {
     fn add(&mut self, phi: &Field, t: f64, terms: &mut Terms) -> Result<()> {
         let (grid, nx) = (phi.grid(), phi.grid().shape()[2]);
         rows::for_each(terms.normal().as_mut_slice(), nx, |first, values| {
-            for (n, beta) in values.iter_mut().enumerate() {
-                *beta += (self.0)(grid.position(first * nx + n), t);
+            for (row, values) in values.chunks_exact_mut(nx).enumerate() {
+                let [_, y, z] = grid.position((first + row) * nx);
+                for (i, beta) in values.iter_mut().enumerate() {
+                    *beta += (self.0)([i as f64 * grid.spacing(), y, z], t);
+                }
             }
         });
         Ok(())

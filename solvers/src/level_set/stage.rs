@@ -1,7 +1,13 @@
 //! One stage of a time step over the whole grid.
 
 use super::{
-    Order, Scheme, band::Band, curvature, ghost::Padded, rows, speed::Parts, upwind, weno,
+    Order, Scheme,
+    band::Band,
+    curvature,
+    ghost::{Padded, Row},
+    rows,
+    speed::Parts,
+    upwind, weno,
 };
 use crate::Grid;
 use std::ops::Range;
@@ -32,7 +38,11 @@ impl Stage<'_> {
     /// Writes the next state; false if some value is not finite.
     pub(super) fn run(&self, next: &mut [f64]) -> bool {
         let arch = pulp::Arch::new();
-        rows::all(next, self.grid.shape()[2], |first, next| {
+        let parallel = match self.scheme.order {
+            Order::First => rows::LIGHT,
+            Order::Weno5 => rows::HEAVY,
+        };
+        rows::all(next, self.grid.shape()[2], parallel, |first, next| {
             arch.dispatch(Piece { stage: self, first, next })
         })
     }
@@ -46,21 +56,21 @@ impl Stage<'_> {
             let all = 0..nx;
             let intervals = self.band.map_or(std::slice::from_ref(&all), |band| band.row(row));
             for nodes in intervals {
+                let view = self.padded.row(row, nodes.clone());
+                let here = row * nx + nodes.start..row * nx + nodes.end;
                 let next = &mut next[nodes.clone()];
-                self.rate::<DIM>(row, nodes.clone(), next);
-                finite &= self.combine(row, nodes.clone(), next);
+                self.rate::<DIM>(view, here.clone(), next);
+                finite &= self.combine(view, &self.start[here], next);
             }
         }
         finite
     }
 
-    /// Writes dphi/dt at the given nodes.
+    /// Writes dphi/dt at the nodes `here` (flat indices), which `view` shows.
     #[inline(always)]
-    fn rate<const DIM: usize>(&self, row: usize, nodes: Range<usize>, rate: &mut [f64]) {
-        let (per_h, nx) = (1.0 / self.grid.spacing(), self.grid.shape()[2]);
+    fn rate<const DIM: usize>(&self, view: Row<'_>, here: Range<usize>, rate: &mut [f64]) {
+        let per_h = 1.0 / self.grid.spacing();
         let floor = self.scheme.gradient_floor.unwrap_or(0.0);
-        let here = row * nx + nodes.start..row * nx + nodes.end;
-        let view = self.padded.row(row, nodes);
         let order = self.scheme.order;
         match (self.parts.normal, order) {
             (None, _) => rate.fill(0.0),
@@ -88,10 +98,9 @@ impl Stage<'_> {
 
     /// Turns the rates in `next` into the next state; false if some value is not finite.
     #[inline(always)]
-    fn combine(&self, row: usize, nodes: Range<usize>, next: &mut [f64]) -> bool {
-        let (nx, n) = (self.grid.shape()[2], next.len());
-        let start = &self.start[row * nx + nodes.start..][..n];
-        let now = &self.padded.row(row, nodes).along(0, 0)[..n];
+    fn combine(&self, view: Row<'_>, start: &[f64], next: &mut [f64]) -> bool {
+        let n = next.len();
+        let (start, now) = (&start[..n], &view.along(0, 0)[..n]);
         let ([a, b], dt) = (self.weights, self.dt);
         let clip = self.scheme.clip.unwrap_or(f64::INFINITY);
         // Exponent bits all ones: NaN or infinite. Integers reduce in vectors, booleans do not.

@@ -5,17 +5,17 @@ use solvers::level_set::{LevelSet, Order, Scheme, Speed};
 use solvers::{Boundary, Field, Grid};
 
 /// A unit square or cube of `n` cells a side.
-pub fn unit(dim: usize, n: usize) -> Grid {
+pub(crate) fn unit(dim: usize, n: usize) -> Grid {
     Grid::new(&vec![n + 1; dim], 1.0 / n as f64).unwrap()
 }
 
 /// The scheme of an order with linear continuation at the border, which leaves a cone a cone.
-pub fn scheme(order: Order) -> Scheme {
+pub(crate) fn scheme(order: Order) -> Scheme {
     Scheme { order, boundary: Boundary::Extrapolate, ..Scheme::default() }
 }
 
 /// Runs from `phi` to time `t`; the time steps divide it evenly at the end.
-pub fn run(phi: Field, scheme: Scheme, speed: &mut dyn Speed, t: f64) -> Field {
+pub(crate) fn run(phi: Field, scheme: Scheme, speed: &mut dyn Speed, t: f64) -> Field {
     let mut front = LevelSet::new(phi, scheme).unwrap();
     // Rounding of t: a rest below 1e-12 would be a step of nothing.
     while t - front.time() > 1e-12 * t {
@@ -26,15 +26,16 @@ pub fn run(phi: Field, scheme: Scheme, speed: &mut dyn Speed, t: f64) -> Field {
 
 /// How the position of the front on a grid edge is read.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Read {
+pub(crate) enum Read {
     /// By linear interpolation between two nodes, second order.
     Linear,
-    /// By cubic interpolation through four nodes, fourth order (linear next to the border).
-    Cubic,
+    /// By the less curved of the two parabolas through three nodes, third order also
+    /// next to a kink (linear next to the border).
+    Eno,
 }
 
 /// Positions of the front on all grid edges.
-pub fn contour(phi: &Field, read: Read) -> Vec<[f64; 3]> {
+pub(crate) fn contour(phi: &Field, read: Read) -> Vec<[f64; 3]> {
     let (grid, values) = (phi.grid(), phi.as_slice());
     let mut points = Vec::new();
     for axis in 3 - grid.dim()..3 {
@@ -46,8 +47,10 @@ pub fn contour(phi: &Field, read: Read) -> Vec<[f64; 3]> {
             }
             let (a, b) = (values[n], values[n + stride]);
             let mut t = a / (a - b);
-            if read == Read::Cubic && i > 0 && i + 2 < count {
-                t = cubic_root([values[n - stride], a, b, values[n + 2 * stride]]);
+            if read == Read::Eno && i > 0 && i + 2 < count {
+                let bends =
+                    [values[n - stride] - 2.0 * a + b, a - 2.0 * b + values[n + 2 * stride]];
+                t = parabola_root(a, b, bends);
             }
             let mut point = grid.position(n);
             point[2 - axis] += t * grid.spacing();
@@ -57,43 +60,40 @@ pub fn contour(phi: &Field, read: Read) -> Vec<[f64; 3]> {
     points
 }
 
-/// The root in (0, 1) of the cubic with the given values at -1, 0, 1, 2, by bisection.
-fn cubic_root([p, q, r, s]: [f64; 4]) -> f64 {
-    let cubic = |t: f64| {
-        -p * t * (t - 1.0) * (t - 2.0) / 6.0 + q * (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0
-            - r * (t + 1.0) * t * (t - 2.0) / 2.0
-            + s * (t + 1.0) * t * (t - 1.0) / 6.0
-    };
+/// The root in (0, 1) of a parabola with values a and b at 0 and 1, by bisection.
+fn parabola_root(a: f64, b: f64, bends: [f64; 2]) -> f64 {
+    let bend = if bends[0].abs() < bends[1].abs() { bends[0] } else { bends[1] };
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if (cubic(middle) < 0.0) == (q < 0.0) { low = middle } else { high = middle }
+        let t = 0.5 * (low + high);
+        let value = a + t * (b - a) + 0.5 * bend * t * (t - 1.0);
+        if (value < 0.0) == (a < 0.0) { low = t } else { high = t }
     }
     low
 }
 
 /// Greatest |exact(point)| over the contour, in node distances; `exact` is the true signed distance.
-pub fn contour_error(phi: &Field, read: Read, exact: impl Fn([f64; 3]) -> f64) -> f64 {
+pub(crate) fn contour_error(phi: &Field, read: Read, exact: impl Fn([f64; 3]) -> f64) -> f64 {
     let points = contour(phi, read);
     assert!(!points.is_empty(), "the front has vanished");
     points.into_iter().map(|p| exact(p).abs()).fold(0.0, f64::max) / phi.grid().spacing()
 }
 
 /// Mean and standard deviation of the distance between the contour and `center`.
-pub fn radius(phi: &Field, center: [f64; 3]) -> (f64, f64) {
-    let points = contour(phi, Read::Cubic);
+pub(crate) fn radius(phi: &Field, center: [f64; 3]) -> (f64, f64) {
+    let points = contour(phi, Read::Eno);
     let r = points.iter().map(|p| distance(*p, center));
     let n = points.len() as f64;
     let mean = r.clone().sum::<f64>() / n;
     (mean, (r.map(|r| (r - mean).powi(2)).sum::<f64>() / n).sqrt())
 }
 
-pub fn distance(p: [f64; 3], q: [f64; 3]) -> f64 {
+pub(crate) fn distance(p: [f64; 3], q: [f64; 3]) -> f64 {
     (0..3).map(|a| (p[a] - q[a]).powi(2)).sum::<f64>().sqrt()
 }
 
 /// Area of `phi < 0` in 2D, phi linear on the triangles of both ways to halve each cell.
-pub fn area(phi: &Field) -> f64 {
+pub(crate) fn area(phi: &Field) -> f64 {
     let [_, ny, nx] = phi.grid().shape();
     let mut sum = 0.0;
     for j in 0..ny - 1 {
@@ -120,7 +120,7 @@ fn inside(mut corners: [f64; 3]) -> f64 {
 }
 
 /// Signed distance of Zalesak's slotted disk of radius 15 on a square of side 100.
-pub fn zalesak([x, y, _]: [f64; 3]) -> f64 {
+pub(crate) fn zalesak([x, y, _]: [f64; 3]) -> f64 {
     let disk = (x - 50.0).hypot(y - 75.0) - 15.0;
     // The slot is 5 wide and open below; its top stands at y = 85.
     let slot = ((x - 50.0).abs() - 2.5).max(y - 85.0);
