@@ -9,7 +9,11 @@
 //! | dt     | `dt`    | time step                               | time        |
 
 pub mod distance;
+pub mod measure;
+pub mod shapes;
 pub mod speed;
 
 pub use distance::{Redistance, RedistanceOptions, redistance};
+pub use measure::{Components, Measures, label_components};
+pub use shapes::Shape;
 pub use speed::{Speed, Terms};

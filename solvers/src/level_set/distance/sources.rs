@@ -50,7 +50,6 @@ pub fn from_polylines(lines: &[Polyline], grid: Grid) -> Result<Field> {
             add_side(&mut work.pieces, grid, p.map(|c| c / h), q.map(|c| c / h));
         }
     }
-    work.pieces.sort_seeds(&work.lattice);
     let mut phi = Field::constant(grid, 1.0);
     fill_inside(&mut phi, lines);
     work.measure(phi.as_mut_slice());
