@@ -80,7 +80,9 @@ impl Samples {
                     continue;
                 };
                 let row = &nodes[grid.index(k, j, 0)..][..full[2]];
-                values.extend(axes[2].iter().map(|(i, _)| i.map_or(f64::INFINITY, |i| row[i] - level)));
+                values.extend(
+                    axes[2].iter().map(|(i, _)| i.map_or(f64::INFINITY, |i| row[i] - level)),
+                );
             }
         }
         let coordinates = axes.map(|axis| axis.into_iter().map(|(_, x)| x).collect());

@@ -124,7 +124,7 @@ fn tetrahedron(
             a * b * (1.0 - d) + a * (1.0 - c) * d + c * d
         }
         3 => {
-            triangle(edge(0, 3), edge(2, 3), edge(1, 3));
+            triangle(edge(0, 3), edge(1, 3), edge(2, 3));
             1.0 - (1.0 - t(0, 3)) * (1.0 - t(1, 3)) * (1.0 - t(2, 3))
         }
         _ => 1.0,

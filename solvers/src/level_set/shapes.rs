@@ -209,12 +209,8 @@ impl Shape {
             Self::Flower { center, radius, amplitude, lobes } => {
                 curves::flower(minus(p, center.0), *radius, *amplitude, *lobes)
             }
-            Self::HalfPlane { point, normal } => {
-                dot(minus(p, point.0), normal.0) / norm(normal.0)
-            }
-            Self::Capsule { from, to, radius } => {
-                polygon::to_segment(p, from.0, to.0) - radius
-            }
+            Self::HalfPlane { point, normal } => dot(minus(p, point.0), normal.0) / norm(normal.0),
+            Self::Capsule { from, to, radius } => polygon::to_segment(p, from.0, to.0) - radius,
             Self::Torus { center, major, minor } => {
                 let [x, y, z] = minus(p, center.0);
                 (x.hypot(y) - major).hypot(z) - minor
@@ -222,7 +218,9 @@ impl Shape {
             Self::Zalesak { center, radius, slot_width, slot_length } => {
                 curves::zalesak(minus(p, center.0), *radius, *slot_width, *slot_length)
             }
-            Self::Polygon { points } => polygon::distance([p[0], p[1]], points.len(), |m| points[m]),
+            Self::Polygon { points } => {
+                polygon::distance([p[0], p[1]], points.len(), |m| points[m])
+            }
             Self::Moved { shape, shift, turn, axis, scale } => {
                 let q = rotate(minus(p, shift.0), axis.0, -turn.to_radians());
                 scale * shape.distance(q.map(|c| c / scale))
@@ -258,7 +256,12 @@ impl Shape {
                 finite("box.center", &center.0)?;
                 sizes("box.size", size)?;
                 let most = 0.5 * size.iter().copied().fold(f64::INFINITY, f64::min);
-                within("box.rounding", *rounding, (0.0..=most).contains(rounding), &format!("[0, {most}]"))
+                within(
+                    "box.rounding",
+                    *rounding,
+                    (0.0..=most).contains(rounding),
+                    &format!("[0, {most}]"),
+                )
             }
             Self::Star { center, points, outer, inner } => {
                 finite("star.center", &center.0)?;
@@ -334,7 +337,10 @@ fn finite(name: &str, values: &[f64]) -> Result<()> {
 
 fn sizes(name: &str, values: &[f64]) -> Result<()> {
     if !(1..=3).contains(&values.len()) {
-        return Err(Error::Invalid(format!("{name} has {} entries, expected 1 to 3", values.len())));
+        return Err(Error::Invalid(format!(
+            "{name} has {} entries, expected 1 to 3",
+            values.len()
+        )));
     }
     values.iter().try_for_each(|&v| positive(name, v))
 }
@@ -385,11 +391,7 @@ fn rotate(p: [f64; 3], axis: [f64; 3], angle: f64) -> [f64; 3] {
     }
     let k = axis.map(|c| c / norm(axis));
     let (sin, cos) = angle.sin_cos();
-    let cross = [
-        k[1] * p[2] - k[2] * p[1],
-        k[2] * p[0] - k[0] * p[2],
-        k[0] * p[1] - k[1] * p[0],
-    ];
+    let cross = [k[1] * p[2] - k[2] * p[1], k[2] * p[0] - k[0] * p[2], k[0] * p[1] - k[1] * p[0]];
     let along = dot(k, p) * (1.0 - cos);
     std::array::from_fn(|m| p[m] * cos + cross[m] * sin + k[m] * along)
 }

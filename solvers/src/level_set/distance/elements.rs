@@ -174,8 +174,7 @@ pub(super) fn on_edge(
     }
     if lattice.shape[b] > 1 && lattice.shape[c] > 1 {
         let corner = [line(0, 0), line(2, 2), line(0, 2), line(2, 0)];
-        let mixed =
-            |m: usize| 0.25 * (corner[0][m] + corner[1][m] - corner[2][m] - corner[3][m]);
+        let mixed = |m: usize| 0.25 * (corner[0][m] + corner[1][m] - corner[2][m] - corner[3][m]);
         hessian[b][c] = dot(&w, &std::array::from_fn(mixed));
         hessian[c][b] = hessian[b][c];
     }
@@ -206,8 +205,7 @@ fn bent(gradient: [f64; 3], hessian: [[f64; 3]; 3], trusted: bool) -> (Element, 
     let nhn = hn[0] * n[0] + hn[1] * n[1] + hn[2] * n[2];
     let s = |p: usize, q: usize| h(p, q) - n[p] * hn[q] - hn[p] * n[q] + n[p] * n[q] * nhn;
     let mut shape = [s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(0, 2), s(1, 2)];
-    element.curvature =
-        (shape[0] + shape[1] + shape[2]).clamp(-MAX_CURVATURE, MAX_CURVATURE);
+    element.curvature = (shape[0] + shape[1] + shape[2]).clamp(-MAX_CURVATURE, MAX_CURVATURE);
     let square = shape[..3].iter().map(|v| v * v).sum::<f64>()
         + 2.0 * shape[3..].iter().map(|v| v * v).sum::<f64>();
     if square > MAX_CURVATURE * MAX_CURVATURE {

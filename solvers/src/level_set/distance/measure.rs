@@ -16,6 +16,8 @@ pub(super) struct Finish<'a> {
     pub lanes: &'a [Lane; 2],
     /// Magnitude where no piece is known (cells).
     pub far: f64,
+    /// Whether pieces follow each other along lines by their numbers.
+    pub chained: bool,
     /// Length of a cell.
     pub spacing: f64,
 }
@@ -50,6 +52,7 @@ impl Finish<'_> {
         let rows = values.len() / nx;
         let arch = pulp::Arch::new();
         let mut elements = [[0_u32; COLUMNS]; ROWS];
+        let mut distances = [[0.0_f32; COLUMNS]; ROWS];
         let mut stretch = Stretch {
             w: [[0.0; COLUMNS]; 3],
             normal: [[0.0; COLUMNS]; 3],
@@ -60,22 +63,57 @@ impl Finish<'_> {
             let columns = COLUMNS.min(nx - i0);
             for c in 0..columns {
                 let first = ((i0 + c) * nz + k) * ny + j0;
-                let column = x.element[first..first + rows].iter().zip(&x.distance[first..]);
+                let column = x.element[first..][..rows].iter().zip(&x.distance[first..]);
                 for (r, (&element, &distance)) in column.enumerate() {
-                    let n = (k * ny + j0 + r) * nx + i0 + c;
-                    let straight = distance >= yz.distance[n];
-                    elements[r][c] = if straight { yz.element[n] } else { element };
+                    elements[r][c] = element;
+                    distances[r][c] = distance;
                 }
             }
-            for (r, elements) in elements[..rows].iter().enumerate() {
+            for r in 0..rows {
+                let n = (k * ny + j0 + r) * nx + i0;
+                let straight = yz.element[n..][..columns].iter().zip(&yz.distance[n..]);
+                let turned = elements[r].iter_mut().zip(&distances[r]);
+                for ((element, &distance), (&other, &shorter)) in turned.zip(straight) {
+                    *element = if distance < shorter { *element } else { other };
+                }
+            }
+            for (r, elements) in elements[..rows].iter_mut().enumerate() {
+                if self.chained {
+                    self.descend([k, j0 + r, i0], &mut elements[..columns]);
+                }
                 let values = &mut values[r * nx + i0..][..columns];
                 if nz > 1 {
                     self.in_space([k, j0 + r, i0], elements, values);
                 } else {
                     self.gather([k, j0 + r, i0], &elements[..columns], &mut stretch);
-                    arch.dispatch(Distances { s: &stretch, values, far: self.far, spacing: self.spacing });
+                    arch.dispatch(Distances {
+                        s: &stretch,
+                        values,
+                        far: self.far,
+                        spacing: self.spacing,
+                    });
                 }
             }
+        }
+    }
+
+    /// Moves to the next or previous piece while that is nearer.
+    fn descend(&self, [k, j, i0]: [usize; 3], elements: &mut [u32]) {
+        let all = &self.pieces.elements;
+        for (c, number) in elements.iter_mut().enumerate().filter(|(_, number)| **number != 0) {
+            let to = |n: usize| all[n].distance(self.offset([k, j, i0 + c], all[n].point));
+            let mut n = *number as usize;
+            let mut nearest = to(n);
+            for up in [true, false] {
+                loop {
+                    let next = if up { n + 1 } else { n - 1 };
+                    if next == 0 || next == all.len() || to(next) >= nearest {
+                        break;
+                    }
+                    (n, nearest) = (next, to(next));
+                }
+            }
+            *number = n as u32;
         }
     }
 

@@ -154,7 +154,7 @@ impl Redistance {
         phi.check_shape("phi", self.grid)?;
         check_finite(phi)?;
         self.find_pieces(phi.as_slice());
-        self.measure(phi.as_mut_slice());
+        self.measure(phi.as_mut_slice(), false);
         Ok(())
     }
 
@@ -180,7 +180,7 @@ impl Redistance {
     }
 
     /// Nearest pieces and the distances to them; signs are those of `phi`.
-    fn measure(&mut self, phi: &mut [f64]) {
+    fn measure(&mut self, phi: &mut [f64], chained: bool) {
         let Self { grid, lattice, band, pieces, lanes, .. } = self;
         // A node within the band sees some piece's point within the band plus a cell.
         let reach = band.map_or(f32::INFINITY, |band| ((band + 1.0) * (band + 1.0)) as f32);
@@ -194,7 +194,8 @@ impl Redistance {
             sites.sweep_x(x);
         }
         let far = band.unwrap_or_else(|| lattice.diagonal());
-        let finish = measure::Finish { lattice, pieces, lanes, far, spacing: grid.spacing() };
+        let finish =
+            measure::Finish { lattice, pieces, lanes, far, chained, spacing: grid.spacing() };
         finish.run(phi, parallel);
     }
 }

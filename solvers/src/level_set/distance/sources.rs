@@ -31,7 +31,8 @@ pub fn from_image(image: &Field, level: f64, boundary: Boundary) -> Result<Field
 
 /// Signed distance to closed polylines in the plane, inside by the even-odd rule.
 ///
-/// Exact up to the choice of the nearest piece, half a cell long at most. The
+/// Sides are cut into pieces of half a cell at most; where several parts of the
+/// lines are about equally far, one a little farther may be measured. The
 /// distances do not wrap.
 ///
 /// # Errors
@@ -52,7 +53,7 @@ pub fn from_polylines(lines: &[Polyline], grid: Grid) -> Result<Field> {
     }
     let mut phi = Field::constant(grid, 1.0);
     fill_inside(&mut phi, lines);
-    work.measure(phi.as_mut_slice());
+    work.measure(phi.as_mut_slice(), true);
     Ok(phi)
 }
 
@@ -99,7 +100,8 @@ fn add_side(pieces: &mut Pieces, grid: Grid, p: [f64; 2], q: [f64; 2]) {
             [low, (low + 1).min(n - 1)]
         };
         let (i, j) = (node(point[0], nx), node(point[1], ny));
-        let around = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(b, a)| grid.index(0, j[b], i[a]) as u32);
+        let around =
+            [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(b, a)| grid.index(0, j[b], i[a]) as u32);
         pieces.push(Element { normal, extent, ..Element::point(point) }, [0.0; 6], &around);
     }
 }

@@ -155,7 +155,12 @@ impl Sites<'_> {
                     front.close(b, width);
                 }
                 let row = a * axes.strides[0] + b * axes.strides[1];
-                front.keep(b, width, &mut lane.element[row..][..nc], &mut lane.distance[row..][..nc]);
+                front.keep(
+                    b,
+                    width,
+                    &mut lane.element[row..][..nc],
+                    &mut lane.distance[row..][..nc],
+                );
             }
             lane.fronts.swap(0, 1);
         }
@@ -218,7 +223,8 @@ impl Front {
     fn forget(&mut self, b: usize, width: usize, reach: f32) {
         let (low, high) = self.known[b];
         let row = b * width;
-        let ranges = [(row, row + 1), (row + low.min(high), row + high), (row + width - 1, row + width)];
+        let ranges =
+            [(row, row + 1), (row + low.min(high), row + high), (row + width - 1, row + width)];
         for (low, high) in ranges {
             self.element[low..high].fill(0);
             self.distance[low..high].fill(reach);
@@ -297,7 +303,8 @@ impl Front {
             return;
         }
         let n = high - low;
-        let (se, sd) = (&self.element[b * width + low..][..n], &self.distance[b * width + low..][..n]);
+        let (se, sd) =
+            (&self.element[b * width + low..][..n], &self.distance[b * width + low..][..n]);
         let (te, td) = (&mut element[low - 1..][..n], &mut distance[low - 1..][..n]);
         pulp::Arch::new().dispatch(Keep { se, sd, te, td });
     }
@@ -322,7 +329,8 @@ impl<const P: bool, const S: bool> pulp::NullaryFnOnce for Pull<'_, P, S> {
         let (te, td, [ta, tb, tc]) = target;
         let n = te.len();
         for side in [1, 0, 2] {
-            let (se, sa, sb, sc) = (&se[side..][..n], &sa[side..][..n], &sb[side..][..n], &sc[side..][..n]);
+            let (se, sa, sb, sc) =
+                (&se[side..][..n], &sa[side..][..n], &sb[side..][..n], &sc[side..][..n]);
             offer::<P, S>(te, td, ta, tb, tc, se, sa, sb, sc, first, place, period);
         }
     }

@@ -111,7 +111,9 @@ pub(super) fn euler_number(mask: &[bool], grid: Grid, boundary: Boundary) -> i64
             .collect();
         let full = |n: &usize| {
             mask[*n]
-                && corners.iter().all(|&c| neighbour(grid, boundary, *n, c).is_some_and(|m| mask[m]))
+                && corners
+                    .iter()
+                    .all(|&c| neighbour(grid, boundary, *n, c).is_some_and(|m| mask[m]))
         };
         let count = (0..mask.len()).filter(full).count() as i64;
         sum += if cell.count_ones() % 2 == 0 { count } else { -count };

@@ -41,47 +41,60 @@ pub(super) fn ellipsoid(p: [f64; 3], radii: &[f64]) -> f64 {
 
 /// Signed distance to r(theta) = radius (1 + amplitude cos(lobes theta)).
 ///
-/// The nearest of evenly spaced points, then Newton steps on the derivative of
-/// the squared distance.
+/// Each minimum among evenly spaced points is refined by Newton's method on the
+/// derivative of the squared distance, kept between the neighbouring points.
 pub(super) fn flower(p: [f64; 3], radius: f64, amplitude: f64, lobes: usize) -> f64 {
     let k = lobes as f64;
     let (x, y) = (p[0], p[1]);
-    let curve = |theta: f64| {
+    // Half the squared distance to the curve at theta, and two derivatives.
+    let half_square = |theta: f64| {
         let (s, c) = theta.sin_cos();
         let (ks, kc) = (k * theta).sin_cos();
         let r = radius * (1.0 + amplitude * kc);
         let (r1, r2) = (-radius * amplitude * k * ks, -radius * amplitude * k * k * kc);
-        let point = [r * c - x, r * s - y];
+        let d = [r * c - x, r * s - y];
         let rate = [r1 * c - r * s, r1 * s + r * c];
         let bend = [(r2 - r) * c - 2.0 * r1 * s, (r2 - r) * s + 2.0 * r1 * c];
-        (point, rate, bend)
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        [0.5 * dot(d, d), dot(d, rate), dot(rate, rate) + dot(d, bend)]
     };
-    let square = |theta: f64| {
-        let ([dx, dy], _, _) = curve(theta);
-        dx * dx + dy * dy
-    };
-    let count = 16 * lobes + 16;
-    let step = TAU / count as f64;
-    let samples: f64 = (0..count)
-        .map(|m| m as f64 * step)
-        .min_by(|a, b| square(*a).total_cmp(&square(*b)))
-        .unwrap_or(0.0);
-    let mut theta = samples;
-    let mut best = square(theta);
-    for _ in 0..20 {
-        let (d, rate, bend) = curve(theta);
-        let slope = d[0] * rate[0] + d[1] * rate[1];
-        let second = rate[0] * rate[0] + rate[1] * rate[1] + d[0] * bend[0] + d[1] * bend[1];
-        let change = if second > 0.0 { -slope / second } else { -slope.signum() * 0.25 * step };
-        let next = theta + change.clamp(-step, step);
-        let found = square(next);
-        if found >= best {
+    let step = TAU / (16 * lobes + 16) as f64;
+    let sample = |m: usize| half_square(m as f64 * step)[0];
+    let mut best = f64::INFINITY;
+    let (mut before, mut here) = (sample(0), sample(1));
+    for m in 1..=16 * lobes + 16 {
+        let after = sample(m + 1);
+        if here <= before && here <= after {
+            let theta = m as f64 * step;
+            best = best.min(refine(half_square, theta - step, theta + step));
+        }
+        (before, here) = (here, after);
+    }
+    let rim = radius * (1.0 + amplitude * (k * y.atan2(x)).cos());
+    let distance = (2.0 * best).sqrt();
+    if x.hypot(y) < rim { -distance } else { distance }
+}
+
+/// Least value of `f = [value, slope, second derivative]` between `low` and `high`.
+fn refine(f: impl Fn(f64) -> [f64; 3], mut low: f64, mut high: f64) -> f64 {
+    let mut theta = 0.5 * (low + high);
+    let mut best = f64::INFINITY;
+    for _ in 0..60 {
+        let [value, slope, second] = f(theta);
+        best = best.min(value);
+        if slope > 0.0 {
+            high = theta;
+        } else {
+            low = theta;
+        }
+        let newton = theta - slope / second;
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        if (next - theta).abs() < 1e-15 {
             break;
         }
-        (theta, best) = (next, found);
+        theta = next;
     }
-    let here = radius * (1.0 + amplitude * (k * y.atan2(x)).cos());
-    if x.hypot(y) < here { -best.sqrt() } else { best.sqrt() }
+    best
 }
 
 /// Signed distance to a disk with a slot that enters from below.
