@@ -16,12 +16,8 @@
 mod band;
 mod curvature;
 pub mod distance;
-mod evolve;
-mod extension;
-mod ghost;
-mod reinitialize;
-mod rows;
-mod scheme;
+pub mod measure;
+pub mod shapes;
 pub mod speed;
 mod speed_advection;
 mod speed_constant;
@@ -33,10 +29,8 @@ mod upwind;
 mod weno;
 
 pub use distance::{Redistance, RedistanceOptions, redistance};
-pub use evolve::LevelSet;
-pub use extension::extend_speed;
-pub use reinitialize::reinitialize;
-pub use scheme::{Order, Scheme};
+pub use measure::{Components, Measures, label_components};
+pub use shapes::Shape;
 pub use speed::{Speed, Terms};
 pub use speed_advection::{FieldAdvection, FnAdvection};
 pub use speed_constant::ConstantSpeed;

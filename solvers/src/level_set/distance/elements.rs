@@ -17,7 +17,7 @@ pub(super) struct Element {
     pub point: [f64; 3],
     /// Unit vector towards phi > 0, or zero for a lone point.
     pub normal: [f64; 3],
-    /// Curvature div(n) in the plane; in space [`Element::shape`] is used.
+    /// Curvature div(n) in the plane; see [`Element::in_space`].
     pub curvature: f64,
     /// Half-length along the contour; beyond it the end point counts.
     pub extent: f64,
@@ -32,37 +32,41 @@ impl Element {
         Self { point, normal: [0.0; 3], curvature: 0.0, extent: 0.0 }
     }
 
+    /// This patch with the curvature that it has towards `w`, from the tensor of its bends.
+    #[inline(always)]
+    pub(super) fn in_space(&self, s: &Shape, w: [f64; 3]) -> Self {
+        let [x, y, z] = w;
+        let bend = s[0] * x * x
+            + s[1] * y * y
+            + s[2] * z * z
+            + 2.0 * (s[3] * x * y + s[4] * x * z + s[5] * y * z);
+        let a = x * self.normal[0] + y * self.normal[1] + z * self.normal[2];
+        let tt = x * x + y * y + z * z - a * a;
+        Self { curvature: if tt > 1e-12 { bend / tt } else { 0.0 }, ..*self }
+    }
+
     /// Distance from the patch to a node at `w = node - point`.
     ///
     /// With a = w.n and t^2 = |w|^2 - a^2 the distance to the osculating circle is
     /// `(k |w|^2 + 2 a) / (1 + sqrt(1 + 2 a k + k^2 |w|^2))`, regular at k = 0; a
     /// foot point beyond the extent is replaced by the end of the patch.
     #[inline(always)]
-    pub(super) fn distance<const SOLID: bool>(&self, w: [f64; 3], shape: &Shape) -> f64 {
+    pub(super) fn distance(&self, w: [f64; 3]) -> f64 {
         let n = self.normal;
+        let (k, extent) = (self.curvature, self.extent);
         let a = w[0] * n[0] + w[1] * n[1] + w[2] * n[2];
         let ww = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
-        let tt = (ww - a * a).max(0.0);
-        let k = if SOLID { normal_curvature(shape, w, tt) } else { self.curvature };
-        let reach = self.extent * (1.0 + k * a);
-        if reach >= 0.0 && tt <= reach * reach {
-            return ((k * ww + 2.0 * a) / (1.0 + (1.0 + 2.0 * a * k + k * k * ww).max(0.0).sqrt()))
-                .abs();
-        }
-        let along = tt.sqrt() - self.extent;
-        let across = a + 0.5 * k * self.extent * self.extent;
-        (along * along + across * across).sqrt()
+        let tt = ww - a * a;
+        let tt = if tt > 0.0 { tt } else { 0.0 };
+        let reach = extent * (1.0 + k * a);
+        let square = 1.0 + 2.0 * a * k + k * k * ww;
+        let root = (if square > 0.0 { square } else { 0.0 }).sqrt();
+        let arc = ((k * ww + 2.0 * a) / (1.0 + root)).abs();
+        let along = tt.sqrt() - extent;
+        let across = a + 0.5 * k * extent * extent;
+        let end = (along * along + across * across).sqrt();
+        if (reach >= 0.0) & (tt <= reach * reach) { arc } else { end }
     }
-}
-
-#[inline(always)]
-fn normal_curvature(s: &Shape, w: [f64; 3], tt: f64) -> f64 {
-    let [x, y, z] = w;
-    let bend = s[0] * x * x
-        + s[1] * y * y
-        + s[2] * z * z
-        + 2.0 * (s[3] * x * y + s[4] * x * z + s[5] * y * z);
-    if tt > 1e-12 { bend / tt } else { 0.0 }
 }
 
 /// Where phi crosses 0 on the edge between the middle two of four equidistant values, in [0, 1].
@@ -236,7 +240,7 @@ mod tests {
         };
         for (x, y) in [(6.0_f64, 0.7_f64), (2.0, 0.3), (4.0, 0.5)] {
             let exact = (x.hypot(y) - 4.0).abs();
-            let found = patch.distance::<false>([x - 4.0, y, 0.0], &[0.0; 6]);
+            let found = patch.distance([x - 4.0, y, 0.0]);
             assert!((found - exact).abs() < 1e-14, "{found} {exact}");
         }
     }

@@ -31,7 +31,8 @@ pub fn from_image(image: &Field, level: f64, boundary: Boundary) -> Result<Field
 
 /// Signed distance to closed polylines in the plane, inside by the even-odd rule.
 ///
-/// Exact up to the choice of the nearest piece, half a cell long at most. The
+/// Sides are cut into pieces of half a cell at most; where several parts of the
+/// lines are about equally far, one a little farther may be measured. The
 /// distances do not wrap.
 ///
 /// # Errors
@@ -50,10 +51,9 @@ pub fn from_polylines(lines: &[Polyline], grid: Grid) -> Result<Field> {
             add_side(&mut work.pieces, grid, p.map(|c| c / h), q.map(|c| c / h));
         }
     }
-    work.pieces.sort_seeds(&work.lattice);
     let mut phi = Field::constant(grid, 1.0);
     fill_inside(&mut phi, lines);
-    work.measure(phi.as_mut_slice());
+    work.measure(phi.as_mut_slice(), true);
     Ok(phi)
 }
 
