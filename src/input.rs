@@ -166,7 +166,7 @@ fn decode_image(bytes: &[u8], format: ImageFormat, limit: u64) -> Result<ArrayD<
     let damaged = || format!("a truncated, corrupt or unsupported {name}");
     let decoder = reader.into_decoder().with_context(damaged)?;
     let (nx, ny) = decoder.dimensions();
-    let needed = u64::from(nx) * u64::from(ny) * 8;
+    let needed = (u64::from(nx) * u64::from(ny)).saturating_mul(8);
     ensure!(
         needed <= limit,
         "an image of {nx} x {ny} pixels needs {needed} bytes, more than the limit of {limit}"

@@ -2,7 +2,7 @@
 
 use super::{
     axes,
-    canvas::Canvas,
+    canvas::{self, Canvas},
     font::{self, Hang},
 };
 use anyhow::{Result, anyhow};
@@ -113,8 +113,31 @@ impl Scale {
     }
 }
 
+/// A backend of plotters that draws a curve as finely as it can.
+trait Paper: DrawingBackend {
+    /// Draws a path; its points are pixels, whose corners lie at whole numbers and a half.
+    fn curve(&mut self, points: &[[f64; 2]], style: ShapeStyle) -> Result<()>;
+}
+
+impl Paper for Canvas {
+    fn curve(&mut self, points: &[[f64; 2]], style: ShapeStyle) -> Result<()> {
+        let points: Vec<_> = points.iter().map(|p| p.map(|v| v + 0.5)).collect();
+        let (r, g, b) = style.color.rgb();
+        self.stroke(&canvas::segments(&points), f64::from(style.stroke_width), [r, g, b]);
+        Ok(())
+    }
+}
+
+impl Paper for SVGBackend<'_> {
+    /// plotters' SVG knows whole pixels only.
+    fn curve(&mut self, points: &[[f64; 2]], style: ShapeStyle) -> Result<()> {
+        let points = points.iter().map(|&p| round(p));
+        self.draw_path(points, &style).map_err(|error| anyhow!("drawing a line: {error}"))
+    }
+}
+
 /// Draws on a backend of plotters.
-struct Pen<'a, B: DrawingBackend>(&'a mut B);
+struct Pen<'a, B: Paper>(&'a mut B);
 
 fn stroke(color: RGBColor, width: u32) -> ShapeStyle {
     color.stroke_width(width)
@@ -124,7 +147,7 @@ fn round([x, y]: [f64; 2]) -> (i32, i32) {
     (x.round() as i32, y.round() as i32)
 }
 
-impl<B: DrawingBackend> Pen<'_, B> {
+impl<B: Paper> Pen<'_, B> {
     fn plot(&mut self, plot: &Plot) -> Result<()> {
         let xs = || plot.series.iter().flat_map(|s| s.points.iter().map(|p| p[0]));
         let shown = |s: &&Series| s.mark != Mark::Vertical;
@@ -157,13 +180,13 @@ impl<B: DrawingBackend> Pen<'_, B> {
     fn axes(&mut self, plot: &Plot, x: &Scale, y: &Scale) -> Result<()> {
         let ([left, right], [bottom, top]) = (x.pixels, y.pixels);
         for (v, label) in x.ticks() {
-            let at = x.pixel(v);
+            let at = x.pixel(v).round();
             self.path(&[[at, bottom], [at, top]], stroke(GRID, 1))?;
             self.text(&label, [at, bottom + 0.7 * GAP], TEXT[0], Hang::Below)?;
         }
         let mut widest = 0.0_f64;
         for (v, label) in y.ticks() {
-            let at = y.pixel(v);
+            let at = y.pixel(v).round();
             self.path(&[[left, at], [right, at]], stroke(GRID, 1))?;
             self.text(&label, [left - 0.7 * GAP, at], TEXT[0], Hang::Left)?;
             widest = widest.max(font::width(&label, TEXT[0]));
@@ -262,8 +285,7 @@ impl<B: DrawingBackend> Pen<'_, B> {
     }
 
     fn path(&mut self, points: &[[f64; 2]], style: ShapeStyle) -> Result<()> {
-        let points = points.iter().map(|&p| round(p));
-        self.0.draw_path(points, &style).map_err(|error| anyhow!("drawing a line: {error}"))
+        self.0.curve(points, style)
     }
 
     fn rect(&mut self, [left, top, right, bottom]: Box4, color: RGBColor) -> Result<()> {

@@ -45,8 +45,19 @@ pub fn write(arrays: &[(&str, &Field)], out: &mut impl Write) -> Result<()> {
 }
 
 fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+    ENTITIES.iter().fold(text.to_string(), |text, (plain, entity)| text.replace(plain, entity))
 }
+
+fn unescape(text: &str) -> String {
+    ENTITIES
+        .iter()
+        .rev()
+        .fold(text.to_string(), |text, (plain, entity)| text.replace(entity, plain))
+}
+
+/// The ampersand first: the others bring it in.
+const ENTITIES: [(&str, &str); 4] =
+    [("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ("\"", "&quot;")];
 
 /// An array of an ImageData file.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,7 +116,8 @@ pub fn read(bytes: &[u8], limit: u64) -> Result<Vec<Array>> {
             if found.attribute("NumberOfComponents").unwrap_or("1") != "1" {
                 continue;
             }
-            let name = found.attribute("Name").unwrap_or("unnamed").to_string();
+            let name = found.attribute("Name").unwrap_or("unnamed");
+            let name = unescape(name);
             let values = layout
                 .values(&found, bytes, shape, limit)
                 .with_context(|| format!("array `{name}`"))?;
@@ -252,8 +264,16 @@ fn tag<'a>(text: &'a str, name: &str) -> Option<Tag<'a>> {
         let at = rest.find(&format!("<{name}"))?;
         rest = &rest[at + 1 + name.len()..];
         if rest.starts_with(|c: char| c.is_whitespace() || c == '>' || c == '/') {
-            let (attributes, after) = rest.split_once('>')?;
-            return Some(Tag { attributes, after });
+            let mut quote = None;
+            let end = rest.find(|c: char| {
+                match quote {
+                    Some(q) if c == q => quote = None,
+                    None if matches!(c, '"' | '\'') => quote = Some(c),
+                    _ => {}
+                }
+                c == '>' && quote.is_none()
+            })?;
+            return Some(Tag { attributes: &rest[..end], after: &rest[end + 1..] });
         }
     }
 }
