@@ -9,6 +9,7 @@ mod error;
 mod model;
 mod state;
 
+pub mod level_set; // 1. declare
 
 pub(crate) use config::{check_memory, from_table, to_table};
 
@@ -19,4 +20,5 @@ pub use state::{State, Values};
 
 /// Every model, in the order shown by `patterns list`.
 pub static MODELS: &[&Model] = &[
+    &level_set::MODEL, // 2. register
 ];

@@ -34,3 +34,13 @@ pub(super) fn list(text: &str, flag: &str) -> Result<Value> {
 pub(super) fn integer(value: Option<u64>) -> Option<i64> {
     value.map(|v| i64::try_from(v).unwrap_or(i64::MAX))
 }
+
+/// `0,4000` as a list of whole numbers.
+///
+/// # Errors
+/// If a part is no whole number.
+pub(super) fn integers(text: &str, flag: &str) -> Result<Value> {
+    let parts: Result<Vec<i64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    let parts = parts.with_context(|| format!("{flag} {text}: expected whole numbers with commas"))?;
+    Ok(Value::Array(parts.into_iter().map(Value::Integer).collect()))
+}

@@ -16,7 +16,13 @@
 mod band;
 mod curvature;
 pub mod distance;
+mod evolve;
+mod extension;
+mod ghost;
 pub mod measure;
+mod reinitialize;
+mod rows;
+mod scheme;
 pub mod shapes;
 pub mod speed;
 mod speed_advection;
@@ -29,8 +35,12 @@ mod upwind;
 mod weno;
 
 pub use distance::{Redistance, RedistanceOptions, redistance};
+pub use evolve::LevelSet;
+pub use extension::extend_speed;
 pub use measure::{Components, Measures, label_components};
-pub use shapes::Shape;
+pub use reinitialize::reinitialize;
+pub use scheme::{Order, Scheme};
+pub use shapes::{Point, Shape};
 pub use speed::{Speed, Terms};
 pub use speed_advection::{FieldAdvection, FnAdvection};
 pub use speed_constant::ConstantSpeed;
