@@ -1,4 +1,8 @@
 //! Motion by mean curvature with central differences, row by row.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "rows side by side share one index; zips would hide the stencil"
+)]
 
 use super::{ghost::Row, upwind::max};
 

@@ -1,4 +1,8 @@
 //! Fronts carried by a flow.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "rows side by side share one index; zips would hide the stencil"
+)]
 
 use super::{Speed, Terms, rows, speed_field::add_field};
 use crate::{Field, Result};

@@ -1,4 +1,8 @@
 //! One stage of a time step over the whole grid.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "rows side by side share one index; zips would hide the stencil"
+)]
 
 use super::{
     Order, Scheme,

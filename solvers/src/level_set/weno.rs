@@ -2,6 +2,10 @@
 //!
 //! Jiang & Peng 2000, SIAM J. Sci. Comput. 21:2126, eqs (2.7) to (2.11); the
 //! weights' epsilon scales with the slopes as in Osher & Fedkiw 2003, eq. (3.38).
+#![allow(
+    clippy::needless_range_loop,
+    reason = "rows side by side share one index; zips would hide the stencil"
+)]
 
 use super::{ghost::Row, upwind::max};
 
@@ -86,8 +90,8 @@ mod tests {
     use super::slope;
 
     #[test]
-    fn slope_of_a_quartic_is_exact_where_weights_are_ideal() {
-        // Differences of a quadratic: all three candidates agree, so any weights are exact.
+    fn slope_of_a_parabola_is_exact_for_any_weights() {
+        // All three candidates agree.
         let phi = |x: f64| 3.0 * x * x - x;
         let d = |k: f64| phi(k) - phi(k - 1.0);
         assert!((slope([d(-1.0), d(0.0), d(1.0), d(2.0), d(3.0)]) - 5.0).abs() < 1e-14);
@@ -102,6 +106,7 @@ mod tests {
     #[test]
     fn flat_is_flat() {
         assert_eq!(slope([0.0; 5]), 0.0);
-        assert_eq!(slope([1e-30; 5]), 1e-30);
+        // Neither underflow nor 0/0, only rounding.
+        assert!((slope([1e-30; 5]) / 1e-30 - 1.0).abs() < 1e-14);
     }
 }
