@@ -150,7 +150,11 @@ pub(super) fn on_edge(
     let along: [usize; 4] = offsets(lattice, axis, node[axis], -1);
     let across: [usize; 3] = offsets(lattice, b, node[b], -1);
     let over: [usize; 3] = offsets(lattice, c, node[c], -1);
-    let line = |q: usize, s: usize| along.map(|p| phi[p + across[q] + over[s]]);
+    let line = |q: usize, s: usize| {
+        // Written out: `map` is not always compiled into the loop.
+        let o = across[q] + over[s];
+        [phi[along[0] + o], phi[along[1] + o], phi[along[2] + o], phi[along[3] + o]]
+    };
     let middle = line(1, 1);
     let r = crossing(middle);
     let [w, w1, w2] = lagrange(r);
@@ -159,8 +163,11 @@ pub(super) fn on_edge(
     gradient[axis] = dot(&w1, &middle);
     hessian[axis][axis] = dot(&w2, &middle);
     let mut transverse = |t: usize, low: [f64; 4], high: [f64; 4]| {
-        let difference = std::array::from_fn(|m| 0.5 * (high[m] - low[m]));
-        let second = std::array::from_fn(|m| high[m] - 2.0 * middle[m] + low[m]);
+        let (mut difference, mut second) = ([0.0; 4], [0.0; 4]);
+        for m in 0..4 {
+            difference[m] = 0.5 * (high[m] - low[m]);
+            second[m] = high[m] - 2.0 * middle[m] + low[m];
+        }
         gradient[t] = dot(&w, &difference);
         hessian[t][t] = dot(&w, &second);
         hessian[axis][t] = dot(&w1, &difference);

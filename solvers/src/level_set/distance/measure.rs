@@ -52,7 +52,7 @@ impl Finish<'_> {
         let rows = values.len() / nx;
         let arch = pulp::Arch::new();
         let mut elements = [[0_u32; COLUMNS]; ROWS];
-        let mut distances = [[0.0_f32; COLUMNS]; ROWS];
+        let mut turned = [([0_u32; ROWS], [0.0_f32; ROWS]); COLUMNS];
         let mut stretch = Stretch {
             w: [[0.0; COLUMNS]; 3],
             normal: [[0.0; COLUMNS]; 3],
@@ -61,20 +61,19 @@ impl Finish<'_> {
         };
         for i0 in (0..nx).step_by(COLUMNS) {
             let columns = COLUMNS.min(nx - i0);
-            for c in 0..columns {
+            for (c, turned) in turned.iter_mut().enumerate().take(columns) {
                 let first = ((i0 + c) * nz + k) * ny + j0;
-                let column = x.element[first..][..rows].iter().zip(&x.distance[first..]);
-                for (r, (&element, &distance)) in column.enumerate() {
-                    elements[r][c] = element;
-                    distances[r][c] = distance;
-                }
+                turned.0[..rows].copy_from_slice(&x.element[first..][..rows]);
+                turned.1[..rows].copy_from_slice(&x.distance[first..][..rows]);
             }
-            for r in 0..rows {
+            for (r, elements) in elements.iter_mut().enumerate().take(rows) {
                 let n = (k * ny + j0 + r) * nx + i0;
                 let straight = yz.element[n..][..columns].iter().zip(&yz.distance[n..]);
-                let turned = elements[r].iter_mut().zip(&distances[r]);
-                for ((element, &distance), (&other, &shorter)) in turned.zip(straight) {
-                    *element = if distance < shorter { *element } else { other };
+                for ((element, turned), (&other, &shorter)) in
+                    elements.iter_mut().zip(&turned).zip(straight)
+                {
+                    let found = turned.0[r];
+                    *element = if turned.1[r] < shorter { found } else { other };
                 }
             }
             for (r, elements) in elements[..rows].iter_mut().enumerate() {
@@ -82,7 +81,10 @@ impl Finish<'_> {
                     self.descend([k, j0 + r, i0], &mut elements[..columns]);
                 }
                 let values = &mut values[r * nx + i0..][..columns];
-                if nz > 1 {
+                if elements[..columns].iter().all(|&number| number == 0) {
+                    let far = self.far * self.spacing;
+                    values.iter_mut().for_each(|value| *value = signed(*value, far));
+                } else if nz > 1 {
                     self.in_space([k, j0 + r, i0], elements, values);
                 } else {
                     self.gather([k, j0 + r, i0], &elements[..columns], &mut stretch);

@@ -23,7 +23,7 @@ pub use sources::{from_image, from_mask, from_polylines};
 use crate::{Boundary, Error, Field, Grid, Result};
 use elements::{Element, Shape};
 use rayon::prelude::*;
-use sweep::{Lane, Sites};
+use sweep::{Lane, Seed, Sites};
 
 /// Grids of fewer nodes are worked on by one thread: waking another takes about as long.
 const PARALLEL_NODES: usize = 1 << 15;
@@ -57,7 +57,7 @@ pub struct Redistance {
     lattice: Lattice,
     /// In cells.
     band: Option<f64>,
-    tasks: Vec<Vec<(Element, Shape, [u32; 2])>>,
+    tasks: Vec<Vec<(Element, Shape, [[u32; 3]; 2])>>,
     pieces: Pieces,
     /// Finds of the sweeps along y and z, and of those along x.
     lanes: [Lane; 2],
@@ -75,7 +75,7 @@ struct Pieces {
     elements: Vec<Element>,
     shapes: Vec<Shape>,
     points: Vec<[f32; 3]>,
-    seeds: Vec<(u32, u32)>,
+    seeds: Vec<Seed>,
 }
 
 /// Shape, strides and continuation of a grid, in the form that inner loops want.
@@ -161,7 +161,7 @@ impl Redistance {
     /// Finds the patches of the contour, tasks in parallel, in the order of the rows.
     fn find_pieces(&mut self, phi: &[f64]) {
         let lattice = &self.lattice;
-        let search = |(task, found): (usize, &mut Vec<(Element, Shape, [u32; 2])>)| {
+        let search = |(task, found): (usize, &mut Vec<(Element, Shape, [[u32; 3]; 2])>)| {
             found.clear();
             let last = ((task + 1) * ROWS_PER_TASK).min(lattice.rows());
             for row in task * ROWS_PER_TASK..last {
@@ -225,7 +225,7 @@ fn search_row(
     phi: &[f64],
     lattice: &Lattice,
     row: usize,
-    found: &mut Vec<(Element, Shape, [u32; 2])>,
+    found: &mut Vec<(Element, Shape, [[u32; 3]; 2])>,
 ) {
     let [_, ny, nx] = lattice.shape;
     let (k, j) = (row / ny, row % ny);
@@ -235,13 +235,10 @@ fn search_row(
         true => Some(c + 1),
         false => (lattice.periodic && n > 1).then_some(0),
     };
-    let above = next(j, ny).map(|j| &phi[(k * ny + j) * nx..][..nx]);
-    let behind = next(k, lattice.shape[0]).map(|k| &phi[(k * ny + j) * nx..][..nx]);
+    let (up, back) = (next(j, ny), next(k, lattice.shape[0]));
+    let above = up.map(|j| &phi[(k * ny + j) * nx..][..nx]);
+    let behind = back.map(|k| &phi[(k * ny + j) * nx..][..nx]);
     const BLOCK: usize = 32;
-    let index = |values: &[f64]| -> usize {
-        // Both slices are parts of phi.
-        (values.as_ptr() as usize - phi.as_ptr() as usize) / size_of::<f64>()
-    };
     for first in (0..nx).step_by(BLOCK) {
         let last = (first + BLOCK).min(nx);
         let block = &here[first..last];
@@ -255,24 +252,26 @@ fn search_row(
         for i in first..last {
             let node = [k, j, i];
             let n = row * nx + i;
-            let mut add = |axis: usize, other: usize| {
-                if (phi[n] < 0.0) != (phi[other] < 0.0) {
+            let mut add = |axis: usize, place: usize, other: f64| {
+                if (phi[n] < 0.0) != (other < 0.0) {
+                    let mut beyond = node;
+                    beyond[axis] = place;
                     let (element, shape) = elements::on_edge(phi, lattice, node, axis);
-                    found.push((element, shape, [n as u32, other as u32]));
+                    found.push((element, shape, [node, beyond].map(|c| c.map(|c| c as u32))));
                 }
             };
             if let Some(other) = next(i, nx) {
-                add(2, row * nx + other);
+                add(2, other, here[other]);
             }
-            if let Some(above) = above {
-                add(1, index(above) + i);
+            if let (Some(above), Some(up)) = (above, up) {
+                add(1, up, above[i]);
             }
-            if let Some(behind) = behind {
-                add(0, index(behind) + i);
+            if let (Some(behind), Some(back)) = (behind, back) {
+                add(0, back, behind[i]);
             }
             if phi[n] == 0.0 {
                 let point = [i as f64, j as f64, k as f64];
-                found.push((Element::point(point), [0.0; 6], [n as u32; 2]));
+                found.push((Element::point(point), [0.0; 6], [node.map(|c| c as u32); 2]));
             }
         }
     }
@@ -296,12 +295,12 @@ impl Pieces {
         self.points.push([f32::INFINITY; 3]);
     }
 
-    fn push(&mut self, element: Element, shape: Shape, nodes: &[u32]) {
+    fn push(&mut self, element: Element, shape: Shape, nodes: &[[u32; 3]]) {
         let number = self.elements.len() as u32;
         self.points.push(element.point.map(|c| c as f32));
         self.elements.push(element);
         self.shapes.push(shape);
-        self.seeds.extend(nodes.iter().map(|&node| (node, number)));
+        self.seeds.extend(nodes.iter().map(|&node| Seed { node, element: number }));
     }
 }
 

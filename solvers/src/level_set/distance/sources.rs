@@ -100,8 +100,7 @@ fn add_side(pieces: &mut Pieces, grid: Grid, p: [f64; 2], q: [f64; 2]) {
             [low, (low + 1).min(n - 1)]
         };
         let (i, j) = (node(point[0], nx), node(point[1], ny));
-        let around =
-            [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(b, a)| grid.index(0, j[b], i[a]) as u32);
+        let around = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(b, a)| [0, j[b] as u32, i[a] as u32]);
         pieces.push(Element { normal, extent, ..Element::point(point) }, [0.0; 6], &around);
     }
 }

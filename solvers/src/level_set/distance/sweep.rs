@@ -16,10 +16,16 @@ pub(super) struct Sites<'a> {
     /// `[x, y, z]` in cells; number 0 means none and is infinitely far. Single
     /// precision picks the element only: an error of 1e-7 of the distance.
     pub points: &'a [[f32; 3]],
-    /// (node, element).
-    pub seeds: &'a [(u32, u32)],
+    pub seeds: &'a [Seed],
     /// Elements at this squared distance or farther are not passed on.
     pub reach: f32,
+}
+
+/// A node `[k, j, i]` and an element that it knows from the start.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Seed {
+    pub node: [u32; 3],
+    pub element: u32,
 }
 
 /// Finds of some directions: for each node the best element and its squared distance.
@@ -27,7 +33,7 @@ pub(super) struct Lane {
     pub element: Vec<u32>,
     pub distance: Vec<f32>,
     fronts: [Front; 2],
-    order: Vec<(u32, u32)>,
+    order: Vec<Seed>,
     start: Vec<u32>,
 }
 
@@ -109,16 +115,16 @@ impl Sites<'_> {
 
     /// Sorts the seeds by their place on the axis of travel, those of one place in their order.
     fn sort_seeds(&self, lane: &mut Lane, travel: usize) {
-        let (n, stride) = (self.lattice.shape[travel], self.lattice.strides[travel]);
-        let place = |node: u32| node as usize / stride % n;
+        let n = self.lattice.shape[travel];
+        let place = |seed: &Seed| seed.node[travel] as usize;
         lane.start.clear();
         lane.start.resize(n + 2, 0);
-        self.seeds.iter().for_each(|&(node, _)| lane.start[place(node) + 2] += 1);
+        self.seeds.iter().for_each(|seed| lane.start[place(seed) + 2] += 1);
         (2..n + 2).for_each(|m| lane.start[m] += lane.start[m - 1]);
-        lane.order.resize(self.seeds.len(), (0, 0));
-        for &seed in self.seeds {
-            let slot = &mut lane.start[place(seed.0) + 1];
-            lane.order[*slot as usize] = seed;
+        lane.order.resize(self.seeds.len(), Seed::default());
+        for seed in self.seeds {
+            let slot = &mut lane.start[place(seed) + 1];
+            lane.order[*slot as usize] = *seed;
             *slot += 1;
         }
     }
@@ -146,8 +152,8 @@ impl Sites<'_> {
                 }
             }
             let seeds = lane.start[a] as usize..lane.start[a + 1] as usize;
-            for &(node, element) in &lane.order[seeds] {
-                self.plant::<P>(front, axes, node as usize, element, period);
+            for seed in &lane.order[seeds] {
+                self.plant::<P>(front, axes, seed, period);
             }
             for b in 0..nb {
                 front.trim(b, width);
@@ -167,17 +173,12 @@ impl Sites<'_> {
     }
 
     /// Tells a node of the front about an element.
-    fn plant<const P: bool>(
-        &self,
-        front: &mut Front,
-        axes: &Axes,
-        node: usize,
-        element: u32,
-        period: [f32; 3],
-    ) {
-        let strides = self.lattice.strides;
-        let place = axes.axes.map(|a| node / strides[a] % self.lattice.shape[a]);
-        let point = axes.axes.map(|a| self.points[element as usize][2 - a]);
+    fn plant<const P: bool>(&self, front: &mut Front, axes: &Axes, seed: &Seed, period: [f32; 3]) {
+        let element = seed.element;
+        let all = self.points[element as usize];
+        let [p, q, r] = axes.axes;
+        let place = [seed.node[p] as usize, seed.node[q] as usize, seed.node[r] as usize];
+        let point = [all[2 - p], all[2 - q], all[2 - r]];
         let mut d = 0.0;
         for m in 0..3 {
             let w = apart::<P>(place[m] as f32 - point[m], period[m]);
