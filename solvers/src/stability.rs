@@ -209,7 +209,7 @@ impl Linearization {
             .0;
         let (mut low, mut high) = (sample(best.saturating_sub(1)), sample((best + 1).min(SAMPLES)));
         let section = 0.5 * (5.0_f64.sqrt() - 1.0);
-        while high - low > 1e-9 * largest.min(high) {
+        while high - low > 1e-9 * high + 1e-14 * largest {
             let (a, b) = (high - section * (high - low), low + section * (high - low));
             if rate(a) >= rate(b) {
                 high = b;

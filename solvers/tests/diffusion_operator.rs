@@ -39,7 +39,7 @@ fn tensor_map(grid: Grid) -> Diffusivity {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(60) })]
     /// The matrix and the kernel are the same operator; it is symmetric, negative
     /// semidefinite and conservative, and makes no new extrema, on any small grid.
     #[test]
@@ -104,7 +104,7 @@ fn truncation(n: usize, boundary: Boundary, mean: FaceMean, dim: usize) -> f64 {
 fn varying_scalar_diffusion_is_of_second_order() {
     for boundary in [Boundary::Periodic, Boundary::Neumann] {
         for mean in [FaceMean::Harmonic, FaceMean::Arithmetic] {
-            for (dim, n) in [(1, [32, 64, 128]), (2, [32, 64, 128]), (3, [12, 24, 48])] {
+            for (dim, n) in [(1, [32, 64, 128]), (2, [32, 64, 128]), (3, [16, 24, 32])] {
                 let order = observed_order(&n, |n| truncation(n, boundary, mean, dim));
                 println!("scalar map, {boundary:?} {mean:?} {dim}D: order {order:.3}");
                 assert!((order - 2.0).abs() < 0.15, "{order}");
@@ -206,7 +206,7 @@ fn varying_tensors_give_solutions_of_second_order() {
             &|x, y| (x + y).sin() + x.cos(),
         )
     };
-    let order = observed_order(&[32, 64, 128, 256], error);
+    let order = observed_order(&[64, 128, 256], error);
     println!("varying tensor, periodic: order {order:.3}");
     assert!(order > 1.8, "{order}");
 }

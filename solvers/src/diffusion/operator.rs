@@ -38,8 +38,8 @@ pub enum FaceMean {
 
 /// `A u = div(D grad u)`, as bonds between nodes: `(A u)_i = sum_j w_ij (u_j - u_i)` with
 /// `w_ij = w_ji >= 0`. So A is symmetric, its rows sum to 0, what leaves a node
-/// arrives at another, and `u + dt A u` makes no new extrema for `dt <= 2 /`
-/// [`Operator::max_rate`] ` / 2`.
+/// arrives at another, and forward Euler with `dt <= 1 /` [`Operator::max_rate`] makes
+/// no new extrema.
 ///
 /// Scalar D: face fluxes of second order. Tensors: the six or twelve neighbours of
 /// Fehrenbach and Mirebeau 2014 ("Sparse non-negative stencils for anisotropic

@@ -2,6 +2,7 @@
 
 use super::Transform;
 use crate::{Boundary, Field, Result};
+use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
 /// Weights by which a field is multiplied, once its mean is taken off, before its
@@ -70,9 +71,11 @@ impl RadialSpectrum {
     /// Wave number (1/length) of the highest peak, finer than the rings; none for a
     /// constant field.
     ///
-    /// It is the centroid of P(k) over the peak: the stretch of rings around the
-    /// highest one whose power, smoothed over three rings, is above half of its. A
-    /// single wave is met exactly, since the modes' own wave numbers are averaged.
+    /// The peak is the stretch of rings around the highest one whose power, smoothed over
+    /// three rings, is above 0.3 of its. Where it is broad, the vertex of a parabola
+    /// through ln P(k) is taken, each ring weighted by its number of modes (the variance
+    /// of ln P falls as one over it). Where it has few rings, as for a single wave,
+    /// which is then met exactly, the centroid of P(k) is.
     pub fn peak_wavenumber(&self) -> Option<f64> {
         self.peak
     }
@@ -126,7 +129,14 @@ pub(super) fn windowed_modes(
     Ok((transform, modes))
 }
 
-/// Centroid of the ring-averaged power over the rings around the highest one.
+/// Part of the highest power above which a ring belongs to the peak. Higher levels use less
+/// of the peak and scatter more: on noise of known density by 0.5 % at 0.3, 1.7 % at 0.7.
+const PEAK_LEVEL: f64 = 0.3;
+
+/// Fewest rings for a parabola: below, window and grid shape the peak, not the field.
+const BROAD: usize = 7;
+
+/// Wave number of the peak of `rings` (sum of k, sum of power, modes).
 fn peak(
     rings: &[(f64, f64, usize)],
     spectrum: &[(f64, f64)],
@@ -139,13 +149,18 @@ fn peak(
     };
     let smooth = |r: usize| 0.25 * (mean(r.wrapping_sub(1)) + 2.0 * mean(r) + mean(r + 1));
     let highest = (1..rings.len()).max_by(|&a, &b| smooth(a).total_cmp(&smooth(b)))?;
-    let half = 0.5 * smooth(highest);
-    if half <= 0.0 {
+    let level = PEAK_LEVEL * smooth(highest);
+    if level <= 0.0 {
         return None;
     }
-    let first = (1..=highest).rev().take_while(|&r| smooth(r) >= half).last()?;
-    let last = (highest..rings.len()).take_while(|&r| smooth(r) >= half).last()?;
+    let first = (1..=highest).rev().take_while(|&r| smooth(r) >= level).last()?;
+    let last = (highest..rings.len()).take_while(|&r| smooth(r) >= level).last()?;
     let (low, high) = ((first as f64 - 0.5) * ring, (last as f64 + 0.5) * ring);
+    let broad = last + 1 - first >= BROAD;
+    let vertex = if broad { vertex(&rings[first..=last]) } else { None };
+    if let Some(k) = vertex.filter(|k| (low..high).contains(k)) {
+        return Some(k);
+    }
     let inside = spectrum.iter().filter(|&&(k, _)| (low..high).contains(&k));
     // One over k^(dim - 1) makes the sum over the plane an integral over k of P(k).
     let (moment, weight) = inside.fold((0.0, 0.0), |(moment, weight), &(k, power)| {
@@ -153,4 +168,22 @@ fn peak(
         (moment + w * k, weight + w)
     });
     Some(moment / weight)
+}
+
+/// Vertex of the parabola that fits ln P(k) best; none if it opens upwards.
+fn vertex(rings: &[(f64, f64, usize)]) -> Option<f64> {
+    let used = || rings.iter().filter(|r| r.2 > 0 && r.1 > 0.0);
+    let total: f64 = used().map(|r| r.2 as f64).sum();
+    let center = used().map(|r| r.0).sum::<f64>() / total;
+    let mut normal = Matrix3::zeros();
+    let mut right = Vector3::zeros();
+    for &(sum_k, power, count) in used() {
+        let weight = count as f64;
+        let x = sum_k / weight - center;
+        let row = Vector3::new(1.0, x, x * x);
+        normal += weight * row * row.transpose();
+        right += weight * (power / weight).ln() * row;
+    }
+    let fit = normal.lu().solve(&right)?;
+    (fit[2] < 0.0).then(|| center - 0.5 * fit[1] / fit[2])
 }

@@ -55,9 +55,12 @@ fn turings_parameters_are_marginal() {
     assert!((mean[1] - along).abs() < 0.01 && mean[0] > along + 0.03, "{mean:?}");
 }
 
+/// The state is b = 16 - xi, a = 16/b, with trace `s (a - b - 1)`: at xi = 13 that is above
+/// 0, so the homogeneous state oscillates besides.
 #[test]
-fn less_xi_is_stable_and_more_is_unstable() {
-    for (xi, kind) in [(11.9, Instability::Stable), (12.5, Instability::Turing)] {
+fn xi_decides_between_rest_pattern_and_oscillation() {
+    use Instability::{Hopf, Stable, Turing};
+    for (xi, kind) in [(11.9, Stable), (12.2, Turing), (13.0, Hopf)] {
         let u = steady_state(&turing(xi), 0, &[4.0, 4.0]).unwrap().u;
         let linear = Linearization::new(&turing(xi), 0, &u, &diffusion([0.25, 0.0625])).unwrap();
         assert_eq!(linear.most_unstable(8.0).kind, kind, "xi = {xi}");
