@@ -8,6 +8,8 @@ mod error;
 mod model;
 mod state;
 
+pub mod reaction_diffusion; // 1. declare
+
 pub use artifact::{Artifact, Axis, Colors, Image, Mark, Metric, Plot, Series};
 pub use error::{Error, Result};
 pub use model::{Context, Inputs, Model, NoInputs, Preset, Run, Status};
