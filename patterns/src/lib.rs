@@ -9,7 +9,9 @@ mod error;
 mod model;
 mod state;
 
-pub mod level_set; // 1. declare
+// 1. declare
+pub mod level_set;
+pub mod reaction_diffusion;
 
 pub(crate) use config::{check_memory, from_table, to_table};
 

@@ -8,7 +8,10 @@ use std::marker::PhantomData;
 
 /// Cells that are computed together. A constant, so that the compiler turns the
 /// loop over them into whole vectors and finds all its bounds; 80 columns are five.
-const WIDTH: usize = 16;
+pub(super) const WIDTH: usize = 16;
+
+/// `WIDTH` cells and one neighbour on either side.
+const WINDOW: usize = WIDTH + 2;
 
 /// The reaction of one cell: `S` species, `P` parameters.
 pub trait Cell<const S: usize, const P: usize>: Send + Sync + 'static {
@@ -57,18 +60,52 @@ impl Stencil {
         };
         unit / grid.spacing().powi(2)
     }
+
+    /// What the sum of [`Stencil::sum_row`] is to be multiplied with for a Laplacian (1/length^2).
+    pub fn scale(self, grid: Grid) -> f64 {
+        let unit = if self == Self::NinePoint { 6.0 } else { 1.0 };
+        1.0 / (unit * grid.spacing().powi(2))
+    }
+
+    /// Integer-weighted sum of the stencil over a row of one species, one value per cell.
+    #[inline(always)]
+    pub fn sum_row<T: Real>(
+        self,
+        volumetric: bool,
+        species: usize,
+        rows: &Rows<'_, T>,
+        out: &mut [T],
+    ) {
+        let cut = |row: &mut &[T]| *row = &row[species * rows.stride..][..rows.cells + 2];
+        let mut all = [rows.north, rows.center, rows.south, rows.front, rows.back];
+        all.iter_mut().for_each(cut);
+        let [n, c, s, f, b] = all.map(|row| row.windows(3));
+        let planes = n.zip(c).zip(s).zip(f.zip(b)).zip(out);
+        for ((((n, c), s), (f, b)), out) in planes {
+            let window = |w: &[T]| [w[0], w[1], w[2]];
+            let [n, c, s, f, b] = [n, c, s, f, b].map(window);
+            *out = match (volumetric, self) {
+                (true, _) => seven_point([&n, &c, &s, &f, &b], 0),
+                (_, Self::NinePoint) => nine_point(&n, &c, &s, 0),
+                (_, Self::Axes) => five_point(&n, &c, &s, 0),
+            };
+        }
+    }
 }
 
 /// Forward Euler of a [`Cell`]: `u += dt (f(u, p) + D lap u)`, then `max(u, 0)` if asked.
+///
+/// The clamp also takes numbers too small for full precision to 0: arithmetic on
+/// them is ten times slower, and a species that dies out passes through them.
 #[derive(Clone, Debug)]
 pub struct CellKernel<T, C, const S: usize, const P: usize> {
     stencil: Stencil,
     volumetric: bool,
-    clamp: bool,
+    /// What is less becomes 0.
+    floor: T,
     dt: T,
     /// Coefficient of the stencil's integer-weighted sum.
     weight: [T; S],
-    uniform: [T; P],
     /// One value per node, or one row of equal values.
     maps: [Vec<T>; P],
     mapped: [bool; P],
@@ -96,10 +133,9 @@ impl<T: Real, C: Cell<S, P>, const S: usize, const P: usize> CellKernel<T, C, S,
         let mut kernel = Self {
             stencil,
             volumetric,
-            clamp,
+            floor: if clamp { T::SMALLEST } else { T::from_f64(f64::NEG_INFINITY) },
             dt: T::from_f64(dt),
             weight: [T::from_f64(0.0); S],
-            uniform: [T::from_f64(0.0); P],
             maps: std::array::from_fn(|_| Vec::new()),
             mapped: [false; P],
             cell: PhantomData,
@@ -113,8 +149,7 @@ impl<T: Real, C: Cell<S, P>, const S: usize, const P: usize> CellKernel<T, C, S,
 
     /// Changes the diffusion coefficients (length^2/time).
     pub fn set_diffusion(&mut self, grid: Grid, diffusion: [f64; S]) {
-        let unit = if self.stencil == Stencil::NinePoint { 6.0 } else { 1.0 };
-        let scale = self.dt.to_f64() / (unit * grid.spacing().powi(2));
+        let scale = self.dt.to_f64() * self.stencil.scale(grid);
         self.weight = diffusion.map(|d| T::from_f64(d * scale));
     }
 
@@ -125,94 +160,92 @@ impl<T: Real, C: Cell<S, P>, const S: usize, const P: usize> CellKernel<T, C, S,
     pub fn set_parameter(&mut self, grid: Grid, index: usize, parameter: &Parameter) -> Result<()> {
         match parameter {
             Parameter::Uniform(value) => {
-                self.uniform[index] = T::from_f64(*value);
-                self.maps[index] = vec![T::from_f64(*value); grid.shape()[2]];
+                self.maps[index] = vec![T::from_f64(*value); grid.shape()[2].max(WIDTH)];
                 self.mapped[index] = false;
             }
             Parameter::Map(field) => {
                 field.check_shape("parameter map", grid)?;
-                self.maps[index] = field.as_slice().iter().map(|&v| T::from_f64(v)).collect();
+                let values = field.as_slice().iter().map(|&v| T::from_f64(v));
+                // The last row may be shorter than the piece that reads it.
+                let rest = std::iter::repeat_n(T::from_f64(0.0), WIDTH);
+                self.maps[index] = values.chain(rest).collect();
                 self.mapped[index] = true;
             }
         }
         Ok(())
     }
 
-    /// A row in pieces of `WIDTH` cells, the last of them overlapping; shorter rows cell by cell.
+    /// A row in pieces of `WIDTH` cells, the last of them overlapping the one before.
     #[inline(always)]
-    fn run<const POINTS: u8, const MAPPED: bool>(
-        &self,
-        first: usize,
-        rows: &Rows<'_, T>,
-        out: &mut [T],
-    ) {
-        let nx = rows.stride - 2;
+    fn run<const POINTS: u8>(&self, first: usize, rows: &Rows<'_, T>, out: &mut [T]) {
+        // A row is stored with at least one piece's cells.
+        let cells = rows.stride - 2;
         let mut start = 0;
-        while start < nx {
-            if nx >= WIDTH {
-                let at = start.min(nx - WIDTH);
-                // The ghost cells on both sides make the window.
-                self.piece::<POINTS, MAPPED, WIDTH, { WIDTH + 2 }>(first, at, rows, out);
-                start = at + WIDTH;
-            } else {
-                self.piece::<POINTS, MAPPED, 1, 3>(first, start, rows, out);
-                start += 1;
-            }
+        while start < rows.cells {
+            let at = start.min(cells - WIDTH);
+            self.piece::<POINTS>(first, at, rows, out);
+            start = at + WIDTH;
         }
     }
 
-    /// Cells `at..at + W` of a row; `V = W + 2`.
+    /// Cells `at..at + WIDTH` of a row.
+    ///
+    /// Plain loops over local arrays: closures and iterators are not always inlined
+    /// here, and without it there are no vectors. Parameters are always read from
+    /// rows, and the clamp is a number: each variant would be compiled for every
+    /// kinetics, precision and instruction set.
     #[inline(always)]
-    fn piece<const POINTS: u8, const MAPPED: bool, const W: usize, const V: usize>(
-        &self,
-        first: usize,
-        at: usize,
-        rows: &Rows<'_, T>,
-        out: &mut [T],
-    ) {
+    fn piece<const POINTS: u8>(&self, first: usize, at: usize, rows: &Rows<'_, T>, out: &mut [T]) {
         let zero = T::from_f64(0.0);
-        let window = |row: &'_ [T], s: usize| -> [T; V] {
-            let mut values = [zero; V];
-            values.copy_from_slice(&row[s * rows.stride + at..][..V]);
-            values
-        };
-        let center: [[T; V]; S] = std::array::from_fn(|s| window(rows.center, s));
-        let parameters: [[T; W]; P] = std::array::from_fn(|p| {
-            let mut values = [self.uniform[p]; W];
-            if MAPPED {
-                let origin = if self.mapped[p] { first + at } else { at };
-                values.copy_from_slice(&self.maps[p][origin..][..W]);
+        let mut next = [[zero; WIDTH]; S];
+        let mut center = [window::<T, WINDOW>(rows.center, at); S];
+        for (s, center) in center.iter_mut().enumerate() {
+            *center = window(rows.center, s * rows.stride + at);
+        }
+        let mut maps = [[zero; WIDTH]; P];
+        for p in 0..P {
+            let origin = if self.mapped[p] { first + at } else { at };
+            maps[p] = *window::<T, WIDTH>(&self.maps[p], origin);
+        }
+        for i in 0..WIDTH {
+            let (mut u, mut p) = ([zero; S], [zero; P]);
+            for s in 0..S {
+                u[s] = center[s][i + 1];
             }
-            values
-        });
-        let mut next = [[zero; W]; S];
-        for i in 0..W {
-            let u = std::array::from_fn(|s| center[s][i + 1]);
-            let rates = C::rates(u, std::array::from_fn(|p| parameters[p][i]));
+            for k in 0..P {
+                p[k] = maps[k][i];
+            }
+            let rates = C::rates(u, p);
             for s in 0..S {
                 next[s][i] = u[s] + self.dt * rates[s];
             }
         }
-        for s in 0..S {
-            let [north, south] = [rows.north, rows.south].map(|row| window(row, s));
-            let c = &center[s];
-            let sum: [T; W] = if POINTS == 9 {
-                std::array::from_fn(|i| nine_point(&north, c, &south, i))
-            } else if POINTS == 7 {
-                let [front, back] = [rows.front, rows.back].map(|row| window(row, s));
-                std::array::from_fn(|i| seven_point([&north, c, &south, &front, &back], i))
-            } else {
-                std::array::from_fn(|i| five_point(&north, c, &south, i))
-            };
-            for i in 0..W {
-                next[s][i] = next[s][i] + self.weight[s] * sum[i];
+        for (s, next) in next.iter_mut().enumerate() {
+            let from = s * rows.stride + at;
+            let (n, c, b): (&[T; WINDOW], _, _) =
+                (window(rows.north, from), window(rows.center, from), window(rows.south, from));
+            let (front, back) = (window(rows.front, from), window(rows.back, from));
+            for i in 0..WIDTH {
+                let sum = match POINTS {
+                    9 => nine_point(n, c, b, i),
+                    5 => five_point(n, c, b, i),
+                    _ => seven_point([n, c, b, front, back], i),
+                };
+                let value = next[i] + self.weight[s] * sum;
+                next[i] = if value < self.floor { zero } else { value };
             }
-            if self.clamp {
-                next[s] = next[s].map(T::clamp_negative);
-            }
-            out[s * rows.stride + 1 + at..][..W].copy_from_slice(&next[s]);
+            out[from + 1..][..WIDTH].copy_from_slice(next);
         }
     }
+}
+
+/// `V` values from `from` on.
+///
+/// # Panics
+/// If there are fewer; the rows' lengths exclude it.
+#[inline(always)]
+fn window<T, const V: usize>(row: &[T], from: usize) -> &[T; V] {
+    row[from..].first_chunk().expect("the row holds the window")
 }
 
 // The sums below have the symmetries of the square to the last bit: opposite
@@ -243,13 +276,10 @@ impl<T: Real, C: Cell<S, P>, const S: usize, const P: usize> Kernel<T> for CellK
 
     #[inline(always)]
     fn row(&self, _: usize, first: usize, rows: &Rows<'_, T>, out: &mut [T], _: &mut [T]) {
-        let mapped = self.mapped.contains(&true);
-        match (self.volumetric, self.stencil, mapped) {
-            (true, _, _) => self.run::<7, true>(first, rows, out),
-            (_, Stencil::NinePoint, false) => self.run::<9, false>(first, rows, out),
-            (_, Stencil::NinePoint, true) => self.run::<9, true>(first, rows, out),
-            (_, Stencil::Axes, false) => self.run::<5, false>(first, rows, out),
-            (_, Stencil::Axes, true) => self.run::<5, true>(first, rows, out),
+        match (self.volumetric, self.stencil) {
+            (true, _) => self.run::<7>(first, rows, out),
+            (_, Stencil::NinePoint) => self.run::<9>(first, rows, out),
+            (_, Stencil::Axes) => self.run::<5>(first, rows, out),
         }
     }
 }

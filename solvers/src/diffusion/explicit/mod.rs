@@ -58,10 +58,13 @@ pub trait Kernel<T: Real>: Sync {
 }
 
 /// A row of all species and the rows around it. Species `s` of a row stands at
-/// `[s * stride..][..stride]`: ghost cell, `stride - 2` cells, ghost cell.
+/// `[s * stride..][..stride]`: ghost cell, `cells` cells, ghost cell, and perhaps idle cells
+/// that make it long enough for a whole piece; what these hold does not matter.
 #[derive(Clone, Copy, Debug)]
 pub struct Rows<'a, T> {
-    /// Length of one species' row, ghost cells included.
+    /// Cells of a row.
+    pub cells: usize,
+    /// Length of one species' row in memory.
     pub stride: usize,
     /// The row itself.
     pub center: &'a [T],
@@ -99,7 +102,7 @@ impl<T: Real, K: Kernel<T>> Explicit<T, K> {
                 "explicit diffusion needs a neumann or periodic boundary, found extrapolate".into(),
             ));
         }
-        let stride = grid.shape()[2] + 2;
+        let stride = grid.shape()[2].max(cell::WIDTH) + 2;
         let count = grid.len() / grid.shape()[2] * kernel.species() * stride;
         Ok(Self {
             grid,
@@ -160,17 +163,17 @@ impl<T: Real, K: Kernel<T>> Explicit<T, K> {
     /// If the number of values is not that of the grid's nodes.
     pub fn set(&mut self, species: usize, values: &[T]) {
         assert_eq!(values.len(), self.grid.len(), "one value per node");
-        let (nx, stride, all) = (self.stride - 2, self.stride, self.kernel.species());
+        let (nx, stride, all) = (self.grid.shape()[2], self.stride, self.kernel.species());
         let rows = self.current.chunks_exact_mut(stride).skip(species).step_by(all);
         for (row, values) in rows.zip(values.chunks_exact(nx)) {
             row[1..=nx].copy_from_slice(values);
-            sweep::fill_ghosts(self.boundary, row, stride);
+            sweep::fill_ghosts(self.boundary, row, stride, nx);
         }
     }
 
     /// Rows of one species, in order, `nx` cells each.
     pub fn rows(&self, species: usize) -> impl Iterator<Item = &[T]> {
-        let nx = self.stride - 2;
+        let nx = self.grid.shape()[2];
         let rows = self.current.chunks_exact(self.stride).skip(species);
         rows.step_by(self.kernel.species()).map(move |row| &row[1..=nx])
     }
@@ -181,7 +184,7 @@ impl<T: Real, K: Kernel<T>> Explicit<T, K> {
     /// If `field` has another number of nodes.
     pub fn copy_into(&self, species: usize, field: &mut Field) {
         assert_eq!(field.as_slice().len(), self.grid.len(), "one value per node");
-        let nx = self.stride - 2;
+        let nx = self.grid.shape()[2];
         for (row, target) in self.rows(species).zip(field.as_mut_slice().chunks_exact_mut(nx)) {
             for (value, target) in row.iter().zip(target) {
                 *target = value.to_f64();

@@ -18,18 +18,14 @@ pub trait Real:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
+    /// The least positive number of full precision.
+    const SMALLEST: Self;
+
     /// The nearest value.
     fn from_f64(value: f64) -> Self;
 
     /// The same value.
     fn to_f64(self) -> f64;
-
-    /// 0 in place of a negative value; NaN stays NaN, so that a blow-up is seen.
-    #[inline(always)]
-    fn clamp_negative(self) -> Self {
-        let zero = Self::from_f64(0.0);
-        if self < zero { zero } else { self }
-    }
 }
 
 impl Real for f32 {
@@ -37,6 +33,8 @@ impl Real for f32 {
     fn from_f64(value: f64) -> Self {
         value as f32
     }
+
+    const SMALLEST: Self = Self::MIN_POSITIVE;
 
     #[inline(always)]
     fn to_f64(self) -> f64 {
@@ -49,6 +47,8 @@ impl Real for f64 {
     fn from_f64(value: f64) -> Self {
         value
     }
+
+    const SMALLEST: Self = Self::MIN_POSITIVE;
 
     #[inline(always)]
     fn to_f64(self) -> f64 {

@@ -17,9 +17,8 @@ const BAND: usize = 64;
 
 /// Puts the boundary's values into the ghost cells of each species of a row.
 #[inline(always)]
-pub(super) fn fill_ghosts<T: Real>(boundary: Boundary, row: &mut [T], stride: usize) {
+pub(super) fn fill_ghosts<T: Real>(boundary: Boundary, row: &mut [T], stride: usize, nx: usize) {
     for row in row.chunks_exact_mut(stride) {
-        let nx = stride - 2;
         let (first, last) =
             if boundary == Boundary::Periodic { (row[nx], row[1]) } else { (row[1], row[nx]) };
         row[0] = first;
@@ -78,6 +77,24 @@ impl<T> Source<'_, T> {
         &self.current[(k * self.shape[1] + j) * self.row..][..self.row]
     }
 
+    /// Row `n`, counted through all planes, and its neighbours.
+    #[inline(always)]
+    fn around(&self, n: usize, stride: usize) -> Rows<'_, T> {
+        let [nz, ny, nx] = self.shape;
+        let (k, j) = (n / ny, n % ny);
+        let along_y = |step: isize| self.row(k, self.boundary.wrap(j as isize + step, ny));
+        let along_z = |step: isize| self.row(self.boundary.wrap(k as isize + step, nz), j);
+        Rows {
+            cells: nx,
+            stride,
+            center: self.row(k, j),
+            north: along_y(-1),
+            south: along_y(1),
+            front: along_z(-1),
+            back: along_z(1),
+        }
+    }
+
     /// Row `j`, which may lie beyond the border.
     #[inline(always)]
     fn wrapped(&self, j: isize) -> &[T] {
@@ -108,43 +125,16 @@ struct Job<'a, T, K> {
 impl<T: Real, K: Kernel<T>> NullaryFnOnce for Job<'_, T, K> {
     type Output = ();
 
+    /// `levels` sweeps in 2D; rows are numbered through the periodic border.
+    /// In 3D one sweep, over the rows of all planes.
     #[inline(always)]
     fn call(self) {
-        if self.source.shape[0] > 1 { self.planes() } else { self.wavefront() }
-    }
-}
-
-impl<T: Real, K: Kernel<T>> Job<'_, T, K> {
-    /// One sweep in 3D.
-    #[inline(always)]
-    fn planes(self) {
-        let Self { kernel, source, stride, phase, first, .. } = self;
-        let ([nz, ny, nx], boundary) = (source.shape, source.boundary);
-        for (n, out) in self.out.chunks_exact_mut(source.row).enumerate() {
-            let (k, j) = ((first + n) / ny, (first + n) % ny);
-            let along_y = |step: isize| source.row(k, boundary.wrap(j as isize + step, ny));
-            let along_z = |step: isize| source.row(boundary.wrap(k as isize + step, nz), j);
-            let rows = Rows {
-                stride,
-                center: source.row(k, j),
-                north: along_y(-1),
-                south: along_y(1),
-                front: along_z(-1),
-                back: along_z(1),
-            };
-            kernel.row(phase, (first + n) * nx, &rows, out, self.scratch);
-            fill_ghosts(boundary, out, stride);
-        }
-    }
-
-    /// `levels` sweeps in 2D; rows are numbered through the periodic border.
-    #[inline(always)]
-    fn wavefront(self) {
         let Self { kernel, source, stride, phase, levels, out, ring, scratch, .. } = self;
-        let ([_, ny, nx], row, boundary) = (source.shape, source.row, source.boundary);
+        let ([nz, ny, nx], row, boundary) = (source.shape, source.row, source.boundary);
         let (start, end) = (self.first as isize, (self.first + out.len() / row) as isize);
         let periodic = boundary == Boundary::Periodic;
         let phases = kernel.phases();
+        let volumetric = nz > 1;
         let inside = |j: isize| if periodic { j } else { j.clamp(0, ny as isize - 1) };
         let slot = |j: isize| inside(j).rem_euclid(3) as usize * row;
         for front in start - (levels as isize - 1)..end + (levels as isize - 1) {
@@ -153,23 +143,27 @@ impl<T: Real, K: Kernel<T>> Job<'_, T, K> {
                 let margin = (levels - level) as isize;
                 let j = front - (level as isize - 1);
                 let wanted = (start - margin..end + margin).contains(&j);
-                if !wanted || !(periodic || (0..ny as isize).contains(&j)) {
+                if !wanted || !(volumetric || periodic || (0..ny as isize).contains(&j)) {
                     continue;
                 }
                 let (below, above) = ring.split_at_mut(3 * row * (level - 1).min(levels - 1));
-                let [north, center, south] = [j - 1, j, j + 1].map(|j| match level {
-                    1 => source.wrapped(j),
-                    _ => &below[3 * row * (level - 2) + slot(j)..][..row],
-                });
-                let rows = Rows { stride, center, north, south, front: center, back: center };
+                let rows = if volumetric {
+                    source.around(j as usize, stride)
+                } else {
+                    let [north, center, south] = [j - 1, j, j + 1].map(|j| match level {
+                        1 => source.wrapped(j),
+                        _ => &below[3 * row * (level - 2) + slot(j)..][..row],
+                    });
+                    Rows { cells: nx, stride, center, north, south, front: center, back: center }
+                };
                 let target = if level == levels {
                     &mut out[(j - start) as usize * row..][..row]
                 } else {
                     &mut above[slot(j)..][..row]
                 };
-                let first = j.rem_euclid(ny as isize) as usize * nx;
+                let first = j.rem_euclid((nz * ny) as isize) as usize * nx;
                 kernel.row((phase + level - 1) % phases, first, &rows, target, scratch);
-                fill_ghosts(boundary, target, stride);
+                fill_ghosts(boundary, target, stride, nx);
             }
         }
     }

@@ -1,0 +1,73 @@
+//! Gierer and Meinhardt's activator and inhibitor, with saturation.
+
+use super::{Kinetics, explicit, range, reaction};
+use crate::Preset;
+use solvers::diffusion::explicit::{Cell, Real};
+
+/// The reaction of one cell.
+pub struct GiererMeinhardt;
+
+impl Cell<2, 4> for GiererMeinhardt {
+    #[inline(always)]
+    fn rates<T: Real>([a, h]: [T; 2], [rho, mu, nu, kappa]: [T; 4]) -> [T; 2] {
+        let square = a * a;
+        let made = square / (h * (T::from_f64(1.0) + kappa * square));
+        [made - mu * a + rho, nu * (square - h)]
+    }
+}
+
+/// Registry entry.
+pub static KINETICS: Kinetics = Kinetics {
+    name: "gierer-meinhardt",
+    equations: "a: a^2 / (h (1 + kappa a^2)) - mu a + rho; h: nu (a^2 - h)",
+    source: "Gierer and Meinhardt 1972",
+    species: &["a", "h"],
+    parameters: &[
+        range("rho", 0.0, 10.0),
+        range("mu", 0.0, 10.0),
+        range("nu", 0.0, 100.0),
+        range("kappa", 0.0, 100.0),
+    ],
+    presets: PRESETS,
+    explicit: explicit::<GiererMeinhardt, 2, 4>,
+    reaction: Some(reaction::<GiererMeinhardt, 2, 4>),
+};
+
+pub(crate) const PRESETS: &[Preset] = &[
+    Preset {
+        name: "gierer-meinhardt-spots",
+        about: "Peaks of activator, without saturation",
+        config: r#"
+kinetics = "gierer-meinhardt"
+size = [128, 128]
+iterations = 8000
+dt = 0.03
+boundary = "periodic"
+clamp = true
+parameters = { rho = 0.02, mu = 1.0, nu = 2.0, kappa = 0.0 }
+diffusion = { a = 0.5, h = 10.0 }
+initial = { a = 1.0, h = 1.0 }
+ink = { species = "a", level = "mean", below = false }
+curve = { speed = "off" }
+perturbation = [{ target = "a", kind = "noise", amplitude = 0.05, region = "all" }]
+"#,
+    },
+    Preset {
+        name: "gierer-meinhardt-stripes",
+        about: "Stripes, by saturation of the activator",
+        config: r#"
+kinetics = "gierer-meinhardt"
+size = [128, 128]
+iterations = 12000
+dt = 0.03
+boundary = "periodic"
+clamp = true
+parameters = { rho = 0.02, mu = 1.0, nu = 2.0, kappa = 0.1 }
+diffusion = { a = 0.5, h = 10.0 }
+initial = { a = 1.0, h = 1.0 }
+ink = { species = "a", level = "mean", below = false }
+curve = { speed = "off" }
+perturbation = [{ target = "a", kind = "noise", amplitude = 0.05, region = "all" }]
+"#,
+    },
+];

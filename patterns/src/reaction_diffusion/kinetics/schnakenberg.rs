@@ -1,0 +1,67 @@
+//! Schnakenberg's trimolecular reaction.
+
+use super::{Kinetics, explicit, range, reaction};
+use crate::Preset;
+use solvers::diffusion::explicit::{Cell, Real};
+
+/// The reaction of one cell.
+pub struct Schnakenberg;
+
+impl Cell<2, 2> for Schnakenberg {
+    #[inline(always)]
+    fn rates<T: Real>([u, v]: [T; 2], [a, b]: [T; 2]) -> [T; 2] {
+        let reaction = u * u * v;
+        [a - u + reaction, b - reaction]
+    }
+}
+
+/// Registry entry.
+pub static KINETICS: Kinetics = Kinetics {
+    name: "schnakenberg",
+    equations: "u: a - u + u^2 v; v: b - u^2 v",
+    source: "Schnakenberg 1979; Murray 2003",
+    species: &["u", "v"],
+    parameters: &[range("a", 0.0, 10.0), range("b", 0.0, 10.0)],
+    presets: PRESETS,
+    explicit: explicit::<Schnakenberg, 2, 2>,
+    reaction: Some(reaction::<Schnakenberg, 2, 2>),
+};
+
+pub(crate) const PRESETS: &[Preset] = &[
+    Preset {
+        name: "schnakenberg-spots",
+        about: "Hexagons of spots",
+        config: r#"
+kinetics = "schnakenberg"
+size = [128, 128]
+iterations = 8000
+dt = 0.04
+boundary = "periodic"
+clamp = true
+parameters = { a = 0.1, b = 0.9 }
+diffusion = { u = 0.4, v = 8.0 }
+initial = { u = 1.0, v = 0.9 }
+ink = { species = "u", level = "mean", below = false }
+curve = { speed = "off" }
+perturbation = [{ target = "u", kind = "noise", amplitude = 0.01, region = "all" }]
+"#,
+    },
+    Preset {
+        name: "schnakenberg-stripes",
+        about: "Labyrinth of stripes",
+        config: r#"
+kinetics = "schnakenberg"
+size = [128, 128]
+iterations = 16000
+dt = 0.02
+boundary = "periodic"
+clamp = true
+parameters = { a = 0.05, b = 1.4 }
+diffusion = { u = 0.4, v = 16.0 }
+initial = { u = 1.45, v = 0.665873 }
+ink = { species = "u", level = "mean", below = false }
+curve = { speed = "off" }
+perturbation = [{ target = "u", kind = "noise", amplitude = 0.01, region = "all" }]
+"#,
+    },
+];
