@@ -296,6 +296,7 @@ fn films_refuse_what_they_cannot_show() {
 
 /// Pictures of an 80 x 80 run: two PNG, three plots as PNG and SVG, a film of 80 frames.
 #[test]
+#[allow(clippy::print_stdout, reason = "the figures are what one runs it for")]
 fn the_pictures_of_a_run_take_little_time() {
     let [field, phi] = waves(0.0);
     let points: Vec<[f64; 2]> = (0..400).map(|n| [f64::from(n), f64::from(n).sqrt()]).collect();

@@ -1,6 +1,6 @@
 //! Animations as bytes, for checkpoints.
 
-use super::{Animation, Frame};
+use super::{Animation, frame::Frame};
 use anyhow::{Context as _, Result, bail, ensure};
 use patterns::Colors;
 
