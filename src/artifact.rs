@@ -21,9 +21,8 @@ fn encode(artifact: &Artifact) -> Result<Vec<NamedBytes>> {
     match artifact {
         Artifact::Image(image) => encode_image(image),
         Artifact::Contour { name, lines, size } => {
-            let file = bytes(name, "svg", |out| {
-                svg::write_svg(lines, *size, svg::Style::default(), out)
-            });
+            let file =
+                bytes(name, "svg", |out| svg::write_svg(lines, *size, svg::Style::default(), out));
             Ok(vec![file?])
         }
         Artifact::Mesh { name, mesh } => Ok(vec![

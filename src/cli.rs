@@ -40,7 +40,9 @@ enum Command {
     Convert(convert::Args),
     Bench(bench::Args),
     /// Print a completion script for a shell.
-    #[command(after_help = "Example: patterns completions bash > ~/.local/share/bash-completion/completions/patterns")]
+    #[command(
+        after_help = "Example: patterns completions bash > ~/.local/share/bash-completion/completions/patterns"
+    )]
     Completions {
         /// The shell.
         shell: clap_complete::Shell,

@@ -114,7 +114,8 @@ impl Folder {
     /// With `--force`: the files that the old manifest lists go, others stay.
     fn remove_old_run(&self) {
         let old = fs::read_to_string(self.path.join("run.json"));
-        let Some(old) = old.ok().and_then(|text| crate::manifest::Manifest::parse(&text).ok()) else {
+        let Some(old) = old.ok().and_then(|text| crate::manifest::Manifest::parse(&text).ok())
+        else {
             return;
         };
         let plain = |name: &&String| {

@@ -59,10 +59,8 @@ impl FileInputs {
 impl Inputs for FileInputs {
     fn field(&self, key: &str, path: &str) -> patterns::Result<Field> {
         let file = self.find(path);
-        let broken = |error: anyhow::Error| Error::Input {
-            key: key.into(),
-            reason: format!("{error:#}"),
-        };
+        let broken =
+            |error: anyhow::Error| Error::Input { key: key.into(), reason: format!("{error:#}") };
         let values = crate::input::load_field(&file).map_err(broken)?;
         let bytes = std::fs::read(&file).map_err(|error| broken(error.into()))?;
         self.remember(path, &file, bytes);

@@ -16,6 +16,10 @@ pub struct Recorder {
     iterations: Vec<f64>,
     rows: Vec<f64>,
     animation: Animation,
+    /// Whether there is an animation.
+    frames: bool,
+    /// Iteration of the last look.
+    last: Option<u64>,
 }
 
 impl Recorder {
@@ -28,6 +32,8 @@ impl Recorder {
             iterations: Vec::new(),
             rows: Vec::new(),
             animation: Animation::new(usize::try_from(frames).unwrap_or(usize::MAX)),
+            frames: frames > 0,
+            last: None,
         }
     }
 
@@ -38,7 +44,11 @@ impl Recorder {
     pub fn observe(&mut self, run: &dyn Run, last: bool) -> Result<()> {
         let n = run.iterations();
         let seen = self.iterations.last() == Some(&(n as f64));
-        if (n.is_multiple_of(self.every) || last) && !seen {
+        // A step may make several iterations: what counts is that a multiple was reached.
+        let due = |every: u64| self.last.is_none_or(|last| n / every > last / every);
+        let (row_due, frame_due) = (due(self.every), due(self.frame_every));
+        self.last = Some(n);
+        if (row_due || last) && !seen {
             let metrics = run.observe();
             if self.columns.is_empty() {
                 self.columns = metrics.iter().map(|m| (m.name.clone(), m.unit)).collect();
@@ -46,7 +56,8 @@ impl Recorder {
             self.iterations.push(n as f64);
             self.rows.extend(metrics.iter().map(|m| m.value));
         }
-        if n.is_multiple_of(self.frame_every)
+        if self.frames
+            && (frame_due || last)
             && let Some(image) = run.frame()
         {
             self.animation.push(&image)?;
@@ -96,6 +107,7 @@ impl Recorder {
         state.put_f64("lab.iterations", &self.iterations);
         state.put_f64("lab.rows", &self.rows);
         state.put_u8("lab.frames", &self.animation.to_bytes());
+        state.put_u64("lab.last", &self.last.map_or(vec![], |n| vec![n]));
     }
 
     /// Takes the log and the frames from a checkpoint.
@@ -106,6 +118,7 @@ impl Recorder {
         self.columns = run.observe().into_iter().map(|m| (m.name, m.unit)).collect();
         self.iterations = state.all_f64("lab.iterations")?.to_vec();
         self.rows = state.all_f64("lab.rows")?.to_vec();
+        self.last = state.all_u64("lab.last")?.first().copied();
         self.animation = Animation::from_bytes(state.all_u8("lab.frames")?)?;
         Ok(())
     }

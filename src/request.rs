@@ -123,7 +123,7 @@ impl Request {
     /// # Errors
     /// If there is no preset of that name, with the names that there are.
     pub fn preset(&mut self, name: &str) -> Result<()> {
-        let presets = find_model(&self.command)?.presets;
+        let presets = (find_model(&self.command)?.presets)();
         let preset = presets.iter().find(|preset| preset.name == name).with_context(|| {
             let known: Vec<_> = presets.iter().map(|preset| preset.name).collect();
             format!("no preset `{name}` of `{}`; known presets: {}", self.command, known.join(", "))

@@ -4,8 +4,8 @@ use crate::{
     artifact, checkpoint,
     folder::Folder,
     inputs::FileInputs,
-    memory,
     manifest::{Manifest, RunStatus},
+    memory,
     record::Recorder,
     request::{Request, find_model},
 };
@@ -112,7 +112,11 @@ pub fn resume(path: &Path, options: &Options) -> Result<Outcome> {
     let start = Instant::now();
     let manifest = read_manifest(path)?;
     if matches!(manifest.status, RunStatus::Done | RunStatus::NotConverged) {
-        bail!("--resume {}: the run is finished (iteration {})", path.display(), manifest.iterations);
+        bail!(
+            "--resume {}: the run is finished (iteration {})",
+            path.display(),
+            manifest.iterations
+        );
     }
     let state = checkpoint::read(&path.join(checkpoint::FILE))?;
     let model = find_model(&manifest.command)?;
@@ -182,6 +186,7 @@ impl Session<'_> {
         let mut last_save = Instant::now();
         self.recorder.observe(self.run.as_ref(), false)?;
         let status = loop {
+            let before = self.run.iterations();
             let status = self.run.step()?;
             let n = self.run.iterations();
             bar.set_position(n);
@@ -194,7 +199,7 @@ impl Session<'_> {
                 break None;
             }
             let due = match self.options.checkpoint_every {
-                Some(every) => n.is_multiple_of(every.max(1)),
+                Some(every) => n / every.max(1) > before / every.max(1),
                 None => last_save.elapsed() >= Duration::from_secs(CHECKPOINT_SECONDS),
             };
             if due {

@@ -135,7 +135,10 @@ fn files_that_cannot_be_used() {
     lab.refuses(&start("nan.npy"), &["--image", "nan.npy", "NaN", "(j, i) = (1, 1)"]);
     lab.refuses(&start("complex.npy"), &["--image", "complex.npy", "c16"]);
     lab.refuses(&start("huge.npy"), &["--image", "huge.npy"]);
-    lab.refuses(&["rd", "--param", "xi=small.npy"], &["--param", "small.npy", "[4, 4]", "[80, 80]"]);
+    lab.refuses(
+        &["rd", "--param", "xi=small.npy"],
+        &["--param", "small.npy", "[4, 4]", "[80, 80]"],
+    );
     lab.refuses(&["rd", "--param", "xi=nan.npy"], &["--param", "nan.npy", "NaN"]);
     lab.refuses(&["convert", "solid.npy", "solid.png"], &["solid"]);
     lab.refuses(&["convert", "good.png", "good.xyz"], &["xyz"]);

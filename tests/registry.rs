@@ -7,7 +7,8 @@ const SEED: Context<'static> = Context { seed: 7, inputs: &NoInputs, memory: 1 <
 
 /// Every preset and the default of a model.
 fn configs(model: &Model) -> Vec<(String, Table)> {
-    let presets = model.presets.iter().map(|p| (p.name.to_owned(), p.config.parse().unwrap()));
+    let presets =
+        (model.presets)().into_iter().map(|p| (p.name.to_owned(), p.config.parse().unwrap()));
     std::iter::once(("default".to_owned(), Table::new())).chain(presets).collect()
 }
 

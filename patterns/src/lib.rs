@@ -22,5 +22,7 @@ pub use state::{State, Values};
 
 /// Every model, in the order shown by `patterns list`.
 pub static MODELS: &[&Model] = &[
-    &level_set::MODEL, // 2. register
+    // 2. register
+    &reaction_diffusion::MODEL,
+    &level_set::MODEL,
 ];

@@ -9,8 +9,8 @@ pub struct Model {
     pub about: &'static str,
     /// Source: authors, year, equation or DOI.
     pub paper: &'static str,
-    /// Named starting points: `(name, one sentence, configuration in TOML)`.
-    pub presets: &'static [Preset],
+    /// Named starting points.
+    pub presets: fn() -> Vec<Preset>,
     /// Checks a configuration, fills in its defaults and reads its inputs, then
     /// sets up step 0. Every bad value is found here, before any work.
     pub start: fn(config: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>>,

@@ -34,7 +34,7 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
 fn show(out: &mut impl io::Write, model: &patterns::Model) -> io::Result<()> {
     writeln!(out, "{}: {}", model.name, model.about)?;
     writeln!(out, "  source: {}", model.paper)?;
-    for preset in model.presets {
+    for preset in (model.presets)() {
         writeln!(out, "  {:24} {}", preset.name, preset.about)?;
     }
     writeln!(out)

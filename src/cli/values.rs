@@ -41,6 +41,7 @@ pub(super) fn integer(value: Option<u64>) -> Option<i64> {
 /// If a part is no whole number.
 pub(super) fn integers(text: &str, flag: &str) -> Result<Value> {
     let parts: Result<Vec<i64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
-    let parts = parts.with_context(|| format!("{flag} {text}: expected whole numbers with commas"))?;
+    let parts =
+        parts.with_context(|| format!("{flag} {text}: expected whole numbers with commas"))?;
     Ok(Value::Array(parts.into_iter().map(Value::Integer).collect()))
 }

@@ -21,7 +21,7 @@ pub static MODEL: Model = Model {
     name: "level-set",
     about: "A shape or a picture whose contour moves at a chosen speed",
     paper: "Osher & Sethian 1988, doi:10.1016/0021-9991(88)90002-2; Chattopadhyay & Mukherjee, eq. (1.3)",
-    presets: PRESETS,
+    presets: || PRESETS.to_vec(),
     start,
 };
 

@@ -30,404 +30,82 @@ pub static KINETICS: Kinetics = Kinetics {
     reaction: Some(reaction::<GrayScott, 2, 2>),
 };
 
+/// A class: squares of the other state on a 256x256 grid, at one feed and kill rate.
+macro_rules! class {
+    ($name:literal, $about:literal, $feed:literal, $kill:literal, $iterations:literal) => {
+        Preset {
+            name: concat!("gray-scott-", $name),
+            about: $about,
+            config: concat!(
+                "kinetics = 'gray-scott'\nsize = [256, 256]\nboundary = 'periodic'\n",
+                "iterations = ",
+                $iterations,
+                "\nparameters = { feed = ",
+                $feed,
+                ", kill = ",
+                $kill,
+                " }\n",
+                "diffusion = { u = 0.2097152, v = 0.1048576 }\ninitial = { u = 1.0, v = 0.0 }\n",
+                "ink = { species = 'v', level = 0.2, below = false }\ncurve = { speed = 'off' }\n",
+                "perturbation = [\n",
+                "{ target = 'u', kind = 'set', amplitude = 0.5, region = 'squares', width = 10, count = 40 },\n",
+                "{ target = 'v', kind = 'set', amplitude = 0.25, region = 'squares', width = 10, count = 40 },\n",
+                "{ target = 'u', kind = 'noise', amplitude = 0.01, region = 'all' },\n",
+                "{ target = 'v', kind = 'noise', amplitude = 0.01, region = 'all' },\n]",
+            ),
+        }
+    };
+}
+
+/// Letters of Pearson 1993 (R, B, alpha to mu) and Munafo 2014 (nu to sigma).
 pub(crate) const PRESETS: &[Preset] = &[
-    Preset {
-        name: "gray-scott-kappa",
-        about: "Pearson kappa: a labyrinth of stripes",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 20000
-boundary = "periodic"
-parameters = { feed = 0.058, kill = 0.063 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-alpha",
-        about: "Pearson alpha: spiral wavelets, never settling",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 12000
-boundary = "periodic"
-parameters = { feed = 0.01, kill = 0.047 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-beta",
-        about: "Pearson beta: chaotic blue and red patches",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 12000
-boundary = "periodic"
-parameters = { feed = 0.026, kill = 0.051 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-gamma",
-        about: "Pearson gamma: worms that keep moving",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 12000
-boundary = "periodic"
-parameters = { feed = 0.022, kill = 0.051 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-delta",
-        about: "Pearson delta: negative spots in hexagonal order, with oscillation",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 15000
-boundary = "periodic"
-parameters = { feed = 0.03, kill = 0.055 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-epsilon",
-        about: "Pearson epsilon: dividing and dying spots, chaotic",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 12000
-boundary = "periodic"
-parameters = { feed = 0.018, kill = 0.055 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-zeta",
-        about: "Pearson zeta: spots and short worms, chaotic",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 12000
-boundary = "periodic"
-parameters = { feed = 0.026, kill = 0.059 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-eta",
-        about: "Pearson eta: spots and worms that slowly move",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 15000
-boundary = "periodic"
-parameters = { feed = 0.034, kill = 0.063 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-theta",
-        about: "Pearson theta: stripes and negative spots (fingerprint with gaps)",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 15000
-boundary = "periodic"
-parameters = { feed = 0.03, kill = 0.057 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-iota",
-        about: "Pearson iota: negative spots",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 15000
-boundary = "periodic"
-parameters = { feed = 0.046, kill = 0.0594 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-lambda",
-        about: "Pearson lambda: dividing spots that fill the plane (mitosis)",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 20000
-boundary = "periodic"
-parameters = { feed = 0.034, kill = 0.065 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-mu",
-        about: "Pearson mu: worms that grow and branch",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 20000
-boundary = "periodic"
-parameters = { feed = 0.046, kill = 0.065 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-nu",
-        about: "Munafo nu: solitons that drift apart",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 20000
-boundary = "periodic"
-parameters = { feed = 0.054, kill = 0.067 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 40 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 40 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-xi",
-        about: "Munafo xi: large spirals and target waves",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 12000
-boundary = "periodic"
-parameters = { feed = 0.014, kill = 0.047 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-pi",
-        about: "Munafo pi: u-skate world, negative solitons and stripes",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 20000
-boundary = "periodic"
-parameters = { feed = 0.062, kill = 0.061 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-rho",
-        about: "Munafo rho: coarsening of the two states",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 20000
-boundary = "periodic"
-parameters = { feed = 0.09, kill = 0.059 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-sigma",
-        about: "Munafo sigma: growing negative bubbles",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 20000
-boundary = "periodic"
-parameters = { feed = 0.09, kill = 0.057 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-r",
-        about: "Pearson R: everything dies, the red state",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 2000
-boundary = "periodic"
-parameters = { feed = .050, kill = .070 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
-    Preset {
-        name: "gray-scott-b",
-        about: "Pearson B: the blue state fills the plane",
-        config: r#"
-kinetics = "gray-scott"
-size = [256, 256]
-iterations = 6000
-boundary = "periodic"
-parameters = { feed = .030, kill = .050 }
-diffusion = { u = 0.2097152, v = 0.1048576 }
-initial = { u = 1.0, v = 0.0 }
-ink = { species = "v", level = 0.2, below = false }
-curve = { speed = "off" }
-perturbation = [
-    { target = "u", kind = "set", amplitude = 0.5, region = "squares", width = 10, count = 20 },
-    { target = "v", kind = "set", amplitude = 0.25, region = "squares", width = 10, count = 20 },
-    { target = "u", kind = "noise", amplitude = 0.01, region = "all" },
-    { target = "v", kind = "noise", amplitude = 0.01, region = "all" },
-]
-"#,
-    },
+    class!("kappa", "Pearson kappa: a labyrinth of stripes", "0.058", "0.063", 20000),
+    class!("alpha", "Pearson alpha: spiral wavelets, never settling", "0.01", "0.047", 12000),
+    class!("beta", "Pearson beta: chaotic blue and red patches", "0.026", "0.051", 12000),
+    class!("gamma", "Pearson gamma: worms that keep moving", "0.022", "0.051", 12000),
+    class!(
+        "delta",
+        "Pearson delta: negative spots in hexagonal order, with oscillation",
+        "0.03",
+        "0.055",
+        15000
+    ),
+    class!(
+        "epsilon",
+        "Pearson epsilon: dividing and dying spots, chaotic",
+        "0.018",
+        "0.055",
+        12000
+    ),
+    class!("zeta", "Pearson zeta: spots and short worms, chaotic", "0.026", "0.059", 12000),
+    class!("eta", "Pearson eta: spots and worms that slowly move", "0.034", "0.063", 15000),
+    class!(
+        "theta",
+        "Pearson theta: stripes and negative spots (fingerprint with gaps)",
+        "0.03",
+        "0.057",
+        15000
+    ),
+    class!("iota", "Pearson iota: negative spots", "0.046", "0.0594", 15000),
+    class!(
+        "lambda",
+        "Pearson lambda: dividing spots that fill the plane (mitosis)",
+        "0.034",
+        "0.065",
+        20000
+    ),
+    class!("mu", "Pearson mu: worms that grow and branch", "0.046", "0.065", 20000),
+    class!("nu", "Munafo nu: solitons that drift apart", "0.054", "0.067", 20000),
+    class!("xi", "Munafo xi: large spirals and target waves", "0.014", "0.047", 12000),
+    class!(
+        "pi",
+        "Munafo pi: u-skate world, negative solitons and stripes",
+        "0.062",
+        "0.061",
+        20000
+    ),
+    class!("rho", "Munafo rho: coarsening of the two states", "0.09", "0.059", 20000),
+    class!("sigma", "Munafo sigma: growing negative bubbles", "0.09", "0.057", 20000),
+    class!("r", "Pearson R: everything dies, the red state", "0.050", "0.070", 2000),
+    class!("b", "Pearson B: the blue state fills the plane", "0.030", "0.050", 6000),
 ];

@@ -43,7 +43,12 @@ pub struct Kinetics {
     /// The explicit stepper at concentrations 0.
     pub explicit: fn(&Setup) -> Result<Box<dyn Stepper>>,
     /// The reaction for other steppers; `None` if it is more than a reaction.
-    pub reaction: Option<fn(&[Parameter]) -> Result<Box<dyn Reaction>>>,
+    pub reaction: Option<fn(&[Parameter]) -> Result<Box<dyn Reaction + Send>>>,
+}
+
+/// The presets of all kinetics, in the order shown to people.
+pub fn presets() -> Vec<Preset> {
+    KINETICS.iter().flat_map(|kinetics| kinetics.presets).copied().collect()
 }
 
 /// A parameter and its closed range.
@@ -72,7 +77,7 @@ fn explicit<C: Cell<S, P>, const S: usize, const P: usize>(
 /// The [`Reaction`] of a [`Cell`].
 fn reaction<C: Cell<S, P>, const S: usize, const P: usize>(
     parameters: &[Parameter],
-) -> Result<Box<dyn Reaction>> {
+) -> Result<Box<dyn Reaction + Send>> {
     Ok(Box::new(CellReaction::<C, S, P>::new(stepper::array(parameters)?)))
 }
 
