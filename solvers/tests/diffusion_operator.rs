@@ -1,4 +1,8 @@
 //! Diffusion operators: symmetry, conservation, order, exact moments.
+#![expect(
+    clippy::print_stdout,
+    reason = "measured figures are printed for the reader of a test run"
+)]
 
 use proptest::prelude::*;
 use solvers::diffusion::{Diffusivity, FaceMean, Operator, Tensor};
@@ -212,7 +216,7 @@ fn varying_tensors_give_solutions_of_second_order() {
 }
 
 /// Zero flux at a border where the tensor is slanted and so is the gradient:
-/// `u = cos(y/2) + sin(x) g(y)` with `D_xx g = -D_xy d/dy cos(y/2)`. Dropping the bonds
+/// `u = cos(y/2) + sin(x) g(y)` with `D_xx g = -D_xy d/dy cos(y/2)`. Mirroring the bonds
 /// that leave the grid changes a layer of one stencil's width, an error of first order.
 #[test]
 fn slanted_tensors_at_a_neumann_border_are_of_first_order() {

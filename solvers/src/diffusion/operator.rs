@@ -45,7 +45,7 @@ pub enum FaceMean {
 /// Fehrenbach and Mirebeau 2014 ("Sparse non-negative stencils for anisotropic
 /// diffusion"), which reach about sqrt(ratio of the eigenvalues) nodes far; of second
 /// order inside and on periodic grids. At a Neumann border bonds that leave the grid
-/// are dropped, which changes a layer of one stencil's width: first order there,
+/// are mirrored, which changes a layer of one stencil's width: first order there,
 /// unless the tensor's axes are the grid's.
 #[derive(Clone, Debug)]
 pub struct Operator {

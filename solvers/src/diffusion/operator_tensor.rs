@@ -125,7 +125,8 @@ fn cross(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
 
 /// Bonds `(node, neighbour, weight)` of the discrete energy
 /// `1/2 sum_x sum_e rho_e(x)/2 [(u(x + e h) - u(x))^2 + (u(x) - u(x - e h))^2] / h^2`;
-/// bonds that leave a Neumann grid carry no flux and are left out.
+/// bonds that leave a Neumann grid are mirrored back into it. (Left out, they would leave
+/// corner nodes without any bond when all offsets are slanted.)
 pub(super) fn bonds(
     grid: Grid,
     boundary: Boundary,
@@ -142,8 +143,8 @@ pub(super) fn bonds(
         }
         for &(offset, weight) in &offsets {
             for sign in [1, -1] {
-                let neighbour = neighbour(grid, boundary, index, offset.map(|e| sign * e));
-                if let Some(other) = neighbour.filter(|&other| other != index) {
+                let other = neighbour(grid, boundary, index, offset.map(|e| sign * e));
+                if other != index {
                     bonds.push((index.max(other), index.min(other), half * weight));
                 }
             }
@@ -152,18 +153,10 @@ pub(super) fn bonds(
     Ok(bonds)
 }
 
-fn neighbour(grid: Grid, boundary: Boundary, index: usize, [x, y, z]: [i64; 3]) -> Option<usize> {
-    let (node, shape) = (grid.node(index), grid.shape());
-    let mut moved = [0; 3];
-    for (axis, step) in [z, y, x].into_iter().enumerate() {
-        let (n, to) = (shape[axis] as i64, node[axis] as i64 + step);
-        moved[axis] = match boundary {
-            Boundary::Periodic => to.rem_euclid(n),
-            _ if (0..n).contains(&to) => to,
-            _ => return None,
-        } as usize;
-    }
-    Some(grid.index(moved[0], moved[1], moved[2]))
+fn neighbour(grid: Grid, boundary: Boundary, index: usize, [x, y, z]: [i64; 3]) -> usize {
+    let (node, shape, step) = (grid.node(index), grid.shape(), [z, y, x]);
+    let at = |axis: usize| boundary.wrap(node[axis] as isize + step[axis] as isize, shape[axis]);
+    grid.index(at(0), at(1), at(2))
 }
 
 #[cfg(test)]

@@ -185,10 +185,15 @@ impl Solve {
             Self::Factor(factor, scratch) => {
                 x.copy_from_slice(b);
                 factor.solve(x, scratch);
-                // The mean is the solve's least accurate part, and diffusion keeps it.
-                let lost = (sum(b, |b| b) - sum(x, |x| x)) / x.len() as f64;
-                combine(x, [], |x, []| x + lost);
             }
+        }
+        if !matches!(self, Self::Identity) {
+            // Diffusion keeps the mean, of which a factor of a stiff matrix loses digits
+            // and a series the last few, always in the same direction. The sum of the
+            // differences rounds far less than the difference of the sums.
+            combine(modes, [b, x], |_, [b, x]| b - x);
+            let lost = sum(modes, |d| d) / x.len() as f64;
+            combine(x, [], |x, []| x + lost);
         }
     }
 

@@ -1,3 +1,8 @@
+#![expect(
+    clippy::print_stdout,
+    reason = "measured figures are printed for the reader of a test run"
+)]
+
 use super::*;
 use crate::{Grid, random};
 use nalgebra_sparse::CscMatrix;

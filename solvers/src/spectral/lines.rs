@@ -39,7 +39,7 @@ impl Lines {
         let turn = |m: usize| (PI * m as f64 / (2 * n) as f64).sin_cos();
         let turns = match basis {
             Basis::Fourier => Vec::new(),
-            Basis::Cosine => (0..=n / 2).map(|m| turn(m)).map(|(s, c)| (c, s)).collect(),
+            Basis::Cosine => (0..=n / 2).map(turn).map(|(s, c)| (c, s)).collect(),
         };
         let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
         Self { n, basis, forward, inverse, turns }

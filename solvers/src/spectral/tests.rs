@@ -1,3 +1,8 @@
+#![expect(
+    clippy::print_stdout,
+    reason = "measured figures are printed for the reader of a test run"
+)]
+
 use super::*;
 use crate::{Boundary, Field, Grid, random};
 use std::f64::consts::{PI, TAU};
@@ -110,7 +115,7 @@ fn plane_waves_are_measured() {
     let grid = Grid::new(&[128, 128], 0.5).unwrap();
     let mut worst: f64 = 0.0;
     for wavelength in [3.1, 4.443, 5.77, 8.0] {
-        for angle in [0.0, 0.3, 0.7853, 1.9] {
+        for angle in [0.0, 0.3, 0.8, 1.9] {
             let (s, c) = f64::sin_cos(angle);
             let wave = |[x, y, _]: [f64; 3]| 4.0 + (TAU * (c * x + s * y) / wavelength + 0.4).sin();
             let field = Field::from_fn(grid, wave);
@@ -153,7 +158,7 @@ fn hexagonal_spots_are_measured() {
 #[test]
 fn ring_averages_peak_where_the_density_does() {
     let grid = Grid::new(&[256, 256], 1.0).unwrap();
-    let (k0, width, samples) = (0.7071, 0.12, 8);
+    let (k0, width, samples) = (0.7, 0.12, 8);
     for boundary in [Boundary::Periodic, Boundary::Neumann] {
         let mut transform = Transform::new(grid, boundary).unwrap();
         let filter = transform
