@@ -12,8 +12,15 @@ use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use toml::Table;
 
-/// The files of `examples/`, carried by the program.
-const EXAMPLES: &[(&str, &str)] = &[];
+/// The files of `examples/`, carried by the program; a test sees to it that none is missing.
+const EXAMPLES: &[(&str, &str)] = &[
+    ("figure-1-1", include_str!("../../examples/figure-1-1.toml")),
+    ("figure-1-5", include_str!("../../examples/figure-1-5.toml")),
+    ("gray-scott", include_str!("../../examples/gray-scott.toml")),
+    ("kinetics", include_str!("../../examples/kinetics.toml")),
+    ("spots", include_str!("../../examples/spots.toml")),
+    ("strip", include_str!("../../examples/strip.toml")),
+];
 
 /// What a figure shows.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -122,4 +129,24 @@ pub fn make(figure: &Figure, folder: &Path, quick: bool) -> Result<PathBuf> {
     let path = folder.join(format!("{id}.png"));
     output::save_bytes(&path, &bytes)?;
     Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_example_is_registered_and_parses() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+        let mut files: Vec<String> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+            .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+            .map(|path| path.file_stem().unwrap().to_string_lossy().into_owned())
+            .collect();
+        files.sort();
+        let registered: Vec<&str> = EXAMPLES.iter().map(|(name, _)| *name).collect();
+        assert_eq!(files, registered);
+        assert!(all().unwrap().len() >= 4);
+    }
 }

@@ -81,11 +81,11 @@ pub(super) struct Prediction {
     pub(super) wavelength: Option<f64>,
 }
 
-/// The prediction for the parameters at the first node, or `None` where there is no
+/// The prediction at the means of the parameters, or `None` where there is no
 /// reaction on its own, no steady state, or a diffusion that is not constant.
 pub(super) fn predict(start: &Start) -> Result<Option<Prediction>> {
     let (Some(reaction), Some(parts)) =
-        (start.reaction()?, general::linear_parts(&start.diffusivity))
+        (start.mean_reaction()?, general::linear_parts(&start.diffusivity))
     else {
         return Ok(None);
     };

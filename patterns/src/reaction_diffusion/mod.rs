@@ -2,7 +2,8 @@
 //!
 //! `du_s/dt = f_s(u, x) + div(D_s grad u_s)` on cells of size 1. Metrics: `components`
 //! (of at least 4 cells of ink), `mean_area` (cells), `ink_fraction`, `perimeter` (cells),
-//! `euler_number`, `wavelength` (cells, peak of the radial spectrum); with a curve
+//! `euler_number`, `wavelength` (cells, peak of the radial spectrum of the species that
+//! diffuses fastest); with a curve
 //! `agreement` (share of cells), `contour_distance` (cells) and `settled_at` (iteration);
 //! with `dispersion` `predicted_wavelength` (cells) and `predicted_growth` (1/time).
 //!
@@ -25,6 +26,7 @@ use curve::{Border, Curve};
 use measure::Prediction;
 use setup::Start;
 use solvers::level_set::Shape;
+use solvers::spectral::RadialSpectrum;
 use solvers::{Field, Grid, isosurface, random};
 use stepper::Stepper;
 
@@ -50,6 +52,9 @@ struct Rd {
     stepper: Box<dyn Stepper>,
     note: Option<String>,
     prediction: Option<Prediction>,
+    /// The species whose spectrum is measured: the one that diffuses fastest, because
+    /// the sharp borders of the others put their power into harmonics.
+    wave: usize,
     /// The species whose border is followed, and its last concentration.
     ink: usize,
     c: Field,
@@ -82,6 +87,10 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
         return Err(Error::config("stop_when_settled", reason));
     }
     let prediction = if config.dispersion { measure::predict(&start)? } else { None };
+    let diffusion = &start.setup.diffusion;
+    let wave = (0..diffusion.len()).fold(ink, |best, s| {
+        if diffusion[s] > diffusion.get(best).copied().unwrap_or(0.0) { s } else { best }
+    });
     let names = names.iter().map(|&name| name.to_owned()).collect();
     let mut run = Rd {
         config,
@@ -89,6 +98,7 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
         stepper,
         note,
         prediction,
+        wave,
         ink,
         c,
         curve,
@@ -156,6 +166,12 @@ impl Rd {
             Some(curve) => curve.phi().clone(),
             None => measure::threshold(self.border()),
         }
+    }
+
+    fn spectrum(&self) -> Option<RadialSpectrum> {
+        let mut field = self.c.clone();
+        self.stepper.copy_into(self.wave, &mut field);
+        measure::spectrum(&field, self.config.boundary).ok()
     }
 
     /// The next iteration at which something happens, at most a chunk away.
@@ -298,8 +314,7 @@ impl Run for Rd {
     fn metrics(&self) -> Vec<Metric> {
         let phi = self.phi();
         let mut metrics = measure::ink(&phi, self.config.boundary);
-        let spectrum = measure::spectrum(&self.c, self.config.boundary).ok();
-        if let Some(wavelength) = spectrum.and_then(|s| s.peak_wavelength()) {
+        if let Some(wavelength) = self.spectrum().and_then(|s| s.peak_wavelength()) {
             metrics.push(Metric::new("wavelength", wavelength, "cells"));
         }
         if self.curve.is_some() {
@@ -347,7 +362,7 @@ impl Run for Rd {
             _ => {}
         }
         let predicted = self.prediction.as_ref().and_then(|p| p.wavelength);
-        if let Ok(spectrum) = measure::spectrum(&self.c, self.config.boundary) {
+        if let Some(spectrum) = self.spectrum() {
             artifacts.push(Artifact::Plot(measure::spectrum_plot(&spectrum, predicted)));
             if let Some(prediction) = &self.prediction {
                 let plot = measure::dispersion_plot(prediction, spectrum.peak_wavelength());

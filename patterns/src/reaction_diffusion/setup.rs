@@ -64,9 +64,19 @@ impl Start {
         Ok(Self { setup, kinetics, diffusivity, initial })
     }
 
-    /// The reaction in 64-bit floats, for linear theory and the implicit steppers.
-    pub(super) fn reaction(&self) -> Result<Option<Box<dyn Reaction + Send>>> {
+    /// The reaction in 64-bit floats, for the implicit steppers.
+    fn reaction(&self) -> Result<Option<Box<dyn Reaction + Send>>> {
         self.kinetics.reaction.map(|make| make(&self.setup.parameters)).transpose()
+    }
+
+    /// The reaction at the mean of every parameter, for linear theory.
+    pub(super) fn mean_reaction(&self) -> Result<Option<Box<dyn Reaction + Send>>> {
+        let mean = |parameter: &Parameter| match parameter {
+            Parameter::Uniform(value) => Parameter::Uniform(*value),
+            Parameter::Map(field) => Parameter::Uniform(field.mean_std().0),
+        };
+        let means: Vec<_> = self.setup.parameters.iter().map(mean).collect();
+        self.kinetics.reaction.map(|make| make(&means)).transpose()
     }
 
     /// The stepper at the initial concentrations, and what it says of itself.
