@@ -29,8 +29,8 @@ pub static KINETICS: Kinetics = Kinetics {
 
 pub(crate) const PRESETS: &[Preset] = &[
     Preset {
-        name: "brusselator-spots",
-        about: "Hexagons of spots",
+        name: "brusselator-stripes",
+        about: "Stripes of a labyrinth, near the threshold",
         config: r#"
 kinetics = "brusselator"
 size = [128, 128]
@@ -47,13 +47,13 @@ perturbation = [{ target = "u", kind = "noise", amplitude = 0.05, region = "all"
 "#,
     },
     Preset {
-        name: "brusselator-stripes",
-        about: "Labyrinth of stripes",
+        name: "brusselator-spots",
+        about: "Spots, far above the threshold",
         config: r#"
 kinetics = "brusselator"
 size = [128, 128]
-iterations = 10000
-dt = 0.02
+iterations = 8000
+dt = 0.004
 boundary = "periodic"
 clamp = true
 parameters = { a = 3.0, b = 6.0 }

@@ -50,8 +50,8 @@ perturbation = [{ target = "u", kind = "noise", amplitude = 0.01, region = "all"
 "#,
     },
     Preset {
-        name: "fitzhugh-nagumo-spots",
-        about: "Hexagons of spots",
+        name: "fitzhugh-nagumo-holes",
+        about: "Holes and stripes side by side",
         config: r#"
 kinetics = "fitzhugh-nagumo"
 size = [128, 128]
@@ -59,7 +59,7 @@ iterations = 8000
 dt = 0.1
 boundary = "periodic"
 clamp = false
-parameters = { epsilon = 2.0, gamma = 0.75, delta = 0.1 }
+parameters = { epsilon = 2.0, gamma = 0.75, delta = 0.02 }
 diffusion = { u = 0.5, v = 3.0 }
 initial = { u = 0.0, v = 0.0 }
 ink = { species = "u", level = "mean", below = false }

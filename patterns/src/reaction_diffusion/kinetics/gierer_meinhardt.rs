@@ -62,6 +62,24 @@ iterations = 12000
 dt = 0.03
 boundary = "periodic"
 clamp = true
+parameters = { rho = 0.02, mu = 1.0, nu = 2.0, kappa = 0.05 }
+diffusion = { a = 0.5, h = 10.0 }
+initial = { a = 1.0, h = 1.0 }
+ink = { species = "a", level = "mean", below = false }
+curve = { speed = "off" }
+perturbation = [{ target = "a", kind = "noise", amplitude = 0.05, region = "all" }]
+"#,
+    },
+    Preset {
+        name: "gierer-meinhardt-holes",
+        about: "Holes, by strong saturation of the activator",
+        config: r#"
+kinetics = "gierer-meinhardt"
+size = [128, 128]
+iterations = 12000
+dt = 0.03
+boundary = "periodic"
+clamp = true
 parameters = { rho = 0.02, mu = 1.0, nu = 2.0, kappa = 0.1 }
 diffusion = { a = 0.5, h = 10.0 }
 initial = { a = 1.0, h = 1.0 }

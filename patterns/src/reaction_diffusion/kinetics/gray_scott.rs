@@ -30,9 +30,13 @@ pub static KINETICS: Kinetics = Kinetics {
     reaction: Some(reaction::<GrayScott, 2, 2>),
 };
 
-/// A class: squares of the other state on a 256x256 grid, at one feed and kill rate.
+/// A class: squares (u, v, width, number) of the other state on a 256x256 grid, at one feed and kill rate.
 macro_rules! class {
     ($name:literal, $about:literal, $feed:literal, $kill:literal, $iterations:literal) => {
+        class!($name, $about, $feed, $kill, $iterations, "0.5", "0.25", 10, 40)
+    };
+    ($name:literal, $about:literal, $feed:literal, $kill:literal, $iterations:literal,
+     $u:literal, $v:literal, $width:literal, $count:literal) => {
         Preset {
             name: concat!("gray-scott-", $name),
             about: $about,
@@ -48,8 +52,19 @@ macro_rules! class {
                 "diffusion = { u = 0.2097152, v = 0.1048576 }\ninitial = { u = 1.0, v = 0.0 }\n",
                 "ink = { species = 'v', level = 0.2, below = false }\ncurve = { speed = 'off' }\n",
                 "perturbation = [\n",
-                "{ target = 'u', kind = 'set', amplitude = 0.5, region = 'squares', width = 10, count = 40 },\n",
-                "{ target = 'v', kind = 'set', amplitude = 0.25, region = 'squares', width = 10, count = 40 },\n",
+                "{ target = 'u', kind = 'set', region = 'squares', amplitude = ",
+                $u,
+                ", width = ",
+                $width,
+                ", count = ",
+                $count,
+                " },\n{ target = 'v', kind = 'set', region = 'squares', amplitude = ",
+                $v,
+                ", width = ",
+                $width,
+                ", count = ",
+                $count,
+                " },\n",
                 "{ target = 'u', kind = 'noise', amplitude = 0.01, region = 'all' },\n",
                 "{ target = 'v', kind = 'noise', amplitude = 0.01, region = 'all' },\n]",
             ),
@@ -96,7 +111,17 @@ pub(crate) const PRESETS: &[Preset] = &[
     ),
     class!("mu", "Pearson mu: worms that grow and branch", "0.046", "0.065", 20000),
     class!("nu", "Munafo nu: solitons that drift apart", "0.054", "0.067", 20000),
-    class!("xi", "Munafo xi: large spirals and target waves", "0.014", "0.047", 12000),
+    class!(
+        "xi",
+        "Munafo xi: large spirals and target waves",
+        "0.014",
+        "0.047",
+        6000,
+        "0.5",
+        "0.25",
+        40,
+        12
+    ),
     class!(
         "pi",
         "Munafo pi: u-skate world, negative solitons and stripes",
@@ -104,8 +129,28 @@ pub(crate) const PRESETS: &[Preset] = &[
         "0.061",
         20000
     ),
-    class!("rho", "Munafo rho: coarsening of the two states", "0.09", "0.059", 20000),
-    class!("sigma", "Munafo sigma: growing negative bubbles", "0.09", "0.057", 20000),
+    class!(
+        "rho",
+        "Munafo rho: the two states coarsen, stripes between them",
+        "0.09",
+        "0.059",
+        8000,
+        "0.42",
+        "0.36",
+        70,
+        12
+    ),
+    class!(
+        "sigma",
+        "Munafo sigma: the state of the squares wins, its borders stay as lines",
+        "0.09",
+        "0.057",
+        5000,
+        "0.42",
+        "0.36",
+        70,
+        12
+    ),
     class!("r", "Pearson R: everything dies, the red state", "0.050", "0.070", 2000),
     class!("b", "Pearson B: the blue state fills the plane", "0.030", "0.050", 6000),
 ];

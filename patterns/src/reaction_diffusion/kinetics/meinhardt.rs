@@ -42,7 +42,7 @@ pub static KINETICS: Kinetics = Kinetics {
 pub(crate) const PRESETS: &[Preset] = &[
     Preset {
         name: "meinhardt-stripes",
-        about: "Six clean stripes that spread from an edge",
+        about: "Clean stripes that spread from an edge",
         config: r#"
 kinetics = "meinhardt"
 size = [80, 80]

@@ -47,18 +47,18 @@ perturbation = [{ target = "u", kind = "noise", amplitude = 0.01, region = "all"
 "#,
     },
     Preset {
-        name: "schnakenberg-stripes",
-        about: "Labyrinth of stripes",
+        name: "schnakenberg-worms",
+        about: "Short worms",
         config: r#"
 kinetics = "schnakenberg"
 size = [128, 128]
-iterations = 16000
-dt = 0.02
+iterations = 8000
+dt = 0.04
 boundary = "periodic"
 clamp = true
-parameters = { a = 0.05, b = 1.4 }
-diffusion = { u = 0.4, v = 16.0 }
-initial = { u = 1.45, v = 0.665873 }
+parameters = { a = 0.25, b = 1.2 }
+diffusion = { u = 0.4, v = 8.0 }
+initial = { u = 1.45, v = 0.5707 }
 ink = { species = "u", level = "mean", below = false }
 curve = { speed = "off" }
 perturbation = [{ target = "u", kind = "noise", amplitude = 0.01, region = "all" }]

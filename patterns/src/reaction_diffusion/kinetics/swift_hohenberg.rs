@@ -42,7 +42,7 @@ perturbation = [{ target = "u", kind = "noise", amplitude = 0.1, region = "all" 
     },
     Preset {
         name: "swift-hohenberg-spots",
-        about: "Hexagons of spots, by the quadratic term; wavelength 8 cells",
+        about: "Spots, by the quadratic term; wavelength 8 cells",
         config: r#"
 kinetics = "swift-hohenberg"
 size = [128, 128]
@@ -50,7 +50,7 @@ iterations = 8000
 dt = 0.05
 boundary = "periodic"
 clamp = false
-parameters = { r = 0.1, g = 1.0, k0 = 0.7853981633974483 }
+parameters = { r = 0.02, g = 1.2, k0 = 0.7853981633974483 }
 diffusion = {}
 initial = { u = 0.0 }
 ink = { species = "u", level = "mean", below = false }
