@@ -54,6 +54,15 @@ enum Lanes<'a> {
     Slice(&'a [f64]),
 }
 
+impl Lanes<'_> {
+    fn at(self, i: usize) -> f64 {
+        match self {
+            Self::Uniform(value) => value,
+            Self::Slice(values) => values[i],
+        }
+    }
+}
+
 impl Program {
     /// Writes the values of expression `k` to `outputs[k]`.
     ///
@@ -273,15 +282,27 @@ fn choose(c: Lanes<'_>, a: Lanes<'_>, b: Lanes<'_>, out: &mut [f64]) {
     }
 }
 
-/// Operations that take longer than finding out where their arguments are.
+/// Operations that are calls of functions for single numbers; outside of the code for
+/// vector units, from which such calls are slow.
 #[inline(never)]
-fn call(op: Op, arguments: [Lanes<'_>; 3], out: &mut [f64]) {
-    for (i, out) in out.iter_mut().enumerate() {
-        let values = arguments.map(|lanes| match lanes {
-            Lanes::Uniform(value) => value,
-            Lanes::Slice(values) => values[i],
-        });
-        *out = op.apply(values);
+fn call(op: Op, [a, b, c]: [Lanes<'_>; 3], out: &mut [f64]) {
+    macro_rules! arms {
+        ($($arity:ident: $($op:ident)*;)*) => {
+            match op {
+                $($(Op::$op => arms!(@$arity Op::$op),)*)*
+                _ => {
+                    for (i, out) in out.iter_mut().enumerate() {
+                        *out = op.apply([a.at(i), b.at(i), c.at(i)]);
+                    }
+                }
+            }
+        };
+        (@one $op:expr) => { one(a, out, |a| $op.apply([a, 0.0, 0.0])) };
+        (@two $op:expr) => { two(a, b, out, |a, b| $op.apply([a, b, 0.0])) };
+    }
+    arms! {
+        one: Exp Log Log10 Sin Cos Tan Asin Acos Atan Sinh Cosh Tanh;
+        two: Power Atan2 Hypot;
     }
 }
 

@@ -144,14 +144,6 @@ impl Op {
                     c
                 }
             }
-            _ => self.call([a, b, c]),
-        }
-    }
-
-    /// The functions that are too long to be inlined.
-    #[inline(never)]
-    fn call(self, [a, b, c]: [f64; 3]) -> f64 {
-        match self {
             Self::Exp => libm::exp(a),
             Self::Log => libm::log(a),
             Self::Log10 => libm::log10(a),
@@ -171,7 +163,6 @@ impl Op {
                 let x = power(a, c);
                 x / (power(b, c) + x)
             }
-            _ => unreachable!("{self:?} is computed in line"),
         }
     }
 }
