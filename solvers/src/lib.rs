@@ -7,6 +7,7 @@
 pub mod boundary;
 pub mod diffusion;
 mod error;
+pub mod expression;
 pub mod field;
 pub mod grid;
 pub mod isosurface;
