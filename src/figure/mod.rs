@@ -14,8 +14,10 @@ use toml::Table;
 
 /// The files of `examples/`, carried by the program; a test sees to it that none is missing.
 const EXAMPLES: &[(&str, &str)] = &[
+    ("anisotropic", include_str!("../../examples/anisotropic.toml")),
     ("figure-1-1", include_str!("../../examples/figure-1-1.toml")),
     ("figure-1-5", include_str!("../../examples/figure-1-5.toml")),
+    ("formulas", include_str!("../../examples/formulas.toml")),
     ("gray-scott", include_str!("../../examples/gray-scott.toml")),
     ("kinetics", include_str!("../../examples/kinetics.toml")),
     ("spots", include_str!("../../examples/spots.toml")),

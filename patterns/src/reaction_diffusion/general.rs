@@ -6,7 +6,8 @@ use crate::{Error, Result, State};
 use solvers::Field;
 use solvers::diffusion::explicit::Stencil;
 use solvers::diffusion::{
-    Diffusivity, Etdrk4, Etdrk4Config, ImexScheme, Reaction, SemiImplicit, SemiImplicitConfig,
+    Diffusivity, Etdrk4, Etdrk4Config, ImexScheme, Operator, Reaction, SemiImplicit,
+    SemiImplicitConfig,
 };
 use solvers::spectral::{LaplacianSymbol, LinearPart};
 
@@ -19,6 +20,7 @@ pub(super) struct General {
 }
 
 enum Engine {
+    Euler { dt: f64, operators: Vec<Operator>, rates: Vec<Vec<f64>>, spread: Vec<f64> },
     SemiImplicit(SemiImplicit),
     Etdrk4(Etdrk4),
 }
@@ -44,7 +46,9 @@ impl General {
     ) -> Result<Self> {
         let Setup { grid, boundary, dt, clamp, .. } = *setup;
         let laplacian = symbol(setup.stencil);
-        let engine = if method == Method::Etdrk4 {
+        let engine = if method == Method::Explicit {
+            euler(setup, diffusivity)?
+        } else if method == Method::Etdrk4 {
             let linear = linear_parts(diffusivity).ok_or_else(|| {
                 let reason = "etdrk4 needs a constant diffusion; use semi-implicit for maps";
                 Error::config("stepper", reason)
@@ -61,10 +65,23 @@ impl General {
     /// How the diffusion is solved.
     pub(super) fn describe(&self) -> String {
         match &self.engine {
+            Engine::Euler { .. } => "diffusion explicit, by bonds between cells".into(),
             Engine::SemiImplicit(engine) => engine.describe(),
             Engine::Etdrk4(_) => "diffusion exact in the Fourier or cosine series".into(),
         }
     }
+}
+
+/// Forward Euler with the diffusion of any operator.
+fn euler(setup: &Setup, diffusivity: &[Diffusivity]) -> Result<Engine> {
+    let operator = |d: &Diffusivity| Operator::new(setup.grid, setup.boundary, d);
+    let operators = diffusivity.iter().map(operator).collect::<solvers::Result<Vec<_>>>()?;
+    // The eigenvalues of an operator reach at the most twice its largest diagonal entry.
+    let fastest = operators.iter().map(Operator::max_rate).fold(0.0, f64::max);
+    setup.check_rate(2.0 * fastest)?;
+    let nodes = setup.grid.len();
+    let rates = vec![vec![0.0; nodes]; operators.len()];
+    Ok(Engine::Euler { dt: setup.dt, operators, rates, spread: vec![0.0; nodes] })
 }
 
 /// Diffusion of each species as a function of the Laplacian's symbol, if all are constant.
@@ -80,6 +97,19 @@ impl Stepper for General {
     fn advance(&mut self, steps: u64) -> Result<()> {
         for _ in 0..steps {
             match &mut self.engine {
+                Engine::Euler { dt, operators, rates, spread } => {
+                    let dt = *dt;
+                    let now: Vec<&[f64]> = self.u.iter().map(Vec::as_slice).collect();
+                    let mut next: Vec<&mut [f64]> =
+                        rates.iter_mut().map(Vec::as_mut_slice).collect();
+                    self.reaction.rates(0, &now, &mut next);
+                    for ((u, f), operator) in self.u.iter_mut().zip(rates).zip(operators) {
+                        operator.apply(u, spread);
+                        for ((u, f), d) in u.iter_mut().zip(f.iter()).zip(spread.iter()) {
+                            *u += dt * (f + d);
+                        }
+                    }
+                }
                 Engine::SemiImplicit(engine) => engine.step(self.reaction.as_ref(), &mut self.u)?,
                 Engine::Etdrk4(engine) => engine.step(self.reaction.as_ref(), &mut self.u)?,
             }

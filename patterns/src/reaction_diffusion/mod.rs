@@ -67,7 +67,7 @@ struct Rd {
 fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
     let config = config::resolve(table)?;
     let start = Start::new(&config, context)?;
-    let names = start.kinetics.species;
+    let names = start.chemistry.species.clone();
     let ink = names.iter().position(|name| *name == config.ink.species).ok_or_else(|| {
         let reason = format!("no `{}` here; known: {}", config.ink.species, names.join(", "));
         Error::config("ink.species", reason)
@@ -91,7 +91,6 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
     let wave = (0..diffusion.len()).fold(ink, |best, s| {
         if diffusion[s] > diffusion.get(best).copied().unwrap_or(0.0) { s } else { best }
     });
-    let names = names.iter().map(|&name| name.to_owned()).collect();
     let mut run = Rd {
         config,
         names,

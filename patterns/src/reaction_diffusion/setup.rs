@@ -7,6 +7,7 @@ use super::stepper::{Precision, Setup, Stepper};
 use crate::{Context, Error, Result};
 use solvers::diffusion::explicit::{Parameter, Stencil};
 use solvers::diffusion::{Diffusivity, FaceMean, Reaction, Tensor};
+use solvers::expression::FormulaReaction;
 use solvers::random::{stream, uniform};
 use solvers::{Field, Grid};
 use std::collections::BTreeMap;
@@ -14,10 +15,70 @@ use std::collections::BTreeMap;
 /// Concentrations, curve, spectra and pictures besides the species, 8 bytes each.
 const OTHER_FIELDS: usize = 14;
 
+/// Who reacts with whom: a kinetics of the registry, or formulas.
+pub(super) struct Chemistry {
+    pub(super) species: Vec<String>,
+    parameters: Vec<(String, [f64; 2])>,
+    /// `None`: the rates are the formulas of the configuration.
+    kinetics: Option<&'static Kinetics>,
+    formulas: Vec<String>,
+}
+
+impl Chemistry {
+    fn new(config: &Config) -> Result<Self> {
+        if config.kinetics != config::FORMULAS {
+            let kinetics = config::lookup(&config.kinetics)?;
+            let range = |r: &super::kinetics::Range| (r.name.to_owned(), [r.low, r.high]);
+            return Ok(Self {
+                species: kinetics.species.iter().map(|&name| name.to_owned()).collect(),
+                parameters: kinetics.parameters.iter().map(range).collect(),
+                kinetics: Some(kinetics),
+                formulas: Vec::new(),
+            });
+        }
+        if config.formulas.is_empty() {
+            return Err(Error::config("formulas", "there is none; give one for each species"));
+        }
+        let any = [f64::NEG_INFINITY, f64::INFINITY];
+        Ok(Self {
+            species: config.formulas.keys().cloned().collect(),
+            parameters: config.parameters.keys().map(|name| (name.clone(), any)).collect(),
+            kinetics: None,
+            formulas: config.formulas.values().cloned().collect(),
+        })
+    }
+
+    fn parameter_names(&self) -> Vec<&str> {
+        self.parameters.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    fn species_names(&self) -> Vec<&str> {
+        self.species.iter().map(String::as_str).collect()
+    }
+
+    /// The reaction in 64-bit floats, unless the kinetics is more than a reaction.
+    fn reaction(&self, parameters: &[Parameter]) -> Result<Option<Box<dyn Reaction + Send>>> {
+        if let Some(kinetics) = self.kinetics {
+            return kinetics.reaction.map(|make| make(parameters)).transpose();
+        }
+        let species: Vec<(&str, &str)> = self
+            .species
+            .iter()
+            .zip(&self.formulas)
+            .map(|(s, f)| (s.as_str(), f.as_str()))
+            .collect();
+        let named: Vec<(&str, Parameter)> =
+            self.parameter_names().into_iter().zip(parameters.iter().cloned()).collect();
+        let reaction = FormulaReaction::new(&species, &named)
+            .map_err(|error| Error::config("formulas", error.to_string()))?;
+        Ok(Some(Box::new(reaction)))
+    }
+}
+
 /// Everything that step 0 needs.
 pub(super) struct Start {
     pub(super) setup: Setup,
-    pub(super) kinetics: &'static Kinetics,
+    pub(super) chemistry: Chemistry,
     pub(super) diffusivity: Vec<Diffusivity>,
     pub(super) initial: Vec<Field>,
 }
@@ -25,48 +86,38 @@ pub(super) struct Start {
 impl Start {
     /// Checks every name and number, reads the maps, draws the perturbations.
     pub(super) fn new(config: &Config, context: &Context<'_>) -> Result<Self> {
-        let kinetics = config::lookup(&config.kinetics)?;
+        let chemistry = Chemistry::new(config)?;
         let grid = Grid::new(&config.axes(), 1.0)
             .map_err(|error| Error::config("size", error.to_string()))?;
-        let bytes = 2 * kinetics.species.len() * config.precision.bytes() + 8 * OTHER_FIELDS;
+        let bytes = 2 * chemistry.species.len() * config.precision.bytes() + 8 * OTHER_FIELDS;
         crate::check_memory("size", grid, bytes, context)?;
         let stencil = config.stencil(grid)?;
-        known("parameters", &config.parameters, &parameter_names(kinetics))?;
-        known("initial", &config.initial, kinetics.species)?;
-        known("diffusion", &config.diffusion, kinetics.species)?;
-        let mut parameters = parameters(config, kinetics, grid, context)?;
-        let mut initial = initial(config, kinetics, grid, context)?;
-        perturb(config, kinetics, context.seed, grid, &mut parameters, &mut initial)?;
-        let diffusivity = kinetics
+        known("parameters", &config.parameters, &chemistry.parameter_names())?;
+        known("initial", &config.initial, &chemistry.species_names())?;
+        known("diffusion", &config.diffusion, &chemistry.species_names())?;
+        let mut parameters = parameters(config, &chemistry, grid, context)?;
+        let mut initial = initial(config, &chemistry, grid, context)?;
+        perturb(config, &chemistry, context.seed, grid, &mut parameters, &mut initial)?;
+        let diffusivity = chemistry
             .species
             .iter()
             .map(|species| diffusivity(config, species, grid, context))
             .collect::<Result<Vec<_>>>()?;
         let constant = |d: &Diffusivity| match d {
-            Diffusivity::Constant(d) => Some(*d),
-            _ => None,
+            Diffusivity::Constant(d) => *d,
+            _ => f64::NAN,
         };
-        let diffusion: Option<Vec<f64>> = diffusivity.iter().map(constant).collect();
-        if diffusion.is_none() && config.stepper == Method::Explicit {
-            let reason = "maps and directions of diffusion need stepper = \"semi-implicit\"";
-            return Err(Error::config("stepper", reason));
-        }
         let setup = Setup {
             grid,
             boundary: config.boundary,
             stencil,
             precision: config.precision,
             dt: config.dt,
-            diffusion: diffusion.unwrap_or_default(),
+            diffusion: diffusivity.iter().map(constant).collect(),
             parameters,
             clamp: config.clamp,
         };
-        Ok(Self { setup, kinetics, diffusivity, initial })
-    }
-
-    /// The reaction in 64-bit floats, for the implicit steppers.
-    fn reaction(&self) -> Result<Option<Box<dyn Reaction + Send>>> {
-        self.kinetics.reaction.map(|make| make(&self.setup.parameters)).transpose()
+        Ok(Self { setup, chemistry, diffusivity, initial })
     }
 
     /// The reaction at the mean of every parameter, for linear theory.
@@ -76,29 +127,37 @@ impl Start {
             Parameter::Map(field) => Parameter::Uniform(field.mean_std().0),
         };
         let means: Vec<_> = self.setup.parameters.iter().map(mean).collect();
-        self.kinetics.reaction.map(|make| make(&means)).transpose()
+        self.chemistry.reaction(&means)
     }
 
     /// The stepper at the initial concentrations, and what it says of itself.
     pub(super) fn stepper(&self, method: Method) -> Result<(Box<dyn Stepper>, Option<String>)> {
-        let (mut stepper, note) = if method == Method::Explicit {
-            ((self.kinetics.explicit)(&self.setup)?, None)
-        } else {
-            if self.setup.precision == Precision::F32 {
-                return Err(Error::config("precision", "f32 needs stepper = \"explicit\""));
+        let uniform = self.setup.diffusion.iter().all(|d| d.is_finite());
+        let (mut stepper, note) = match self.chemistry.kinetics {
+            Some(kinetics) if method == Method::Explicit && uniform => {
+                ((kinetics.explicit)(&self.setup)?, None)
             }
-            let reaction = self.reaction()?.ok_or_else(|| {
-                let reason = format!("kinetics `{}` needs \"explicit\"", self.kinetics.name);
-                Error::config("stepper", reason)
-            })?;
-            let general = General::new(&self.setup, method, &self.diffusivity, reaction)?;
-            let note = general.describe();
-            (Box::new(general) as Box<dyn Stepper>, Some(note))
+            _ => self.general(method)?,
         };
         for (species, field) in self.initial.iter().enumerate() {
             stepper.set(species, field);
         }
         Ok((stepper, note))
+    }
+
+    /// The stepper for maps and directions of diffusion, formulas, and the implicit methods.
+    fn general(&self, method: Method) -> Result<(Box<dyn Stepper>, Option<String>)> {
+        if self.setup.precision == Precision::F32 {
+            let reason = "f32 is for explicit steps of a built-in kinetics with constant diffusion";
+            return Err(Error::config("precision", reason));
+        }
+        let reaction = self.chemistry.reaction(&self.setup.parameters)?.ok_or_else(|| {
+            let reason = "this kinetics needs explicit steps and constant diffusion";
+            Error::config("stepper", reason)
+        })?;
+        let general = General::new(&self.setup, method, &self.diffusivity, reaction)?;
+        let note = general.describe();
+        Ok((Box::new(general), Some(note)))
     }
 }
 
@@ -114,10 +173,6 @@ impl Config {
             None => Ok(Stencil::NinePoint),
         }
     }
-}
-
-fn parameter_names(kinetics: &Kinetics) -> Vec<&'static str> {
-    kinetics.parameters.iter().map(|range| range.name).collect()
 }
 
 /// Refuses names that the kinetics does not have.
@@ -150,48 +205,48 @@ fn source(key: &str, source: &Source, grid: Grid, context: &Context<'_>) -> Resu
 
 fn parameters(
     config: &Config,
-    kinetics: &Kinetics,
+    chemistry: &Chemistry,
     grid: Grid,
     context: &Context<'_>,
 ) -> Result<Vec<Parameter>> {
-    let parameter = |range: &super::kinetics::Range| {
-        let key = format!("parameters.{}", range.name);
+    let parameter = |(name, [least, greatest]): &(String, [f64; 2])| {
+        let key = format!("parameters.{name}");
         let given = config
             .parameters
-            .get(range.name)
+            .get(name)
             .ok_or_else(|| Error::config(&key, "is missing: give a number or a file"))?;
         let value = source(&key, given, grid, context)?;
         let worst = match &value {
             Parameter::Uniform(value) => *value,
             Parameter::Map(field) => {
                 let (low, high) = field.range();
-                if low < range.low { low } else { high }
+                if low < *least { low } else { high }
             }
         };
-        if worst < range.low || worst > range.high {
-            return Err(Error::range(&key, worst, &format!("[{}, {}]", range.low, range.high)));
+        if worst < *least || worst > *greatest {
+            return Err(Error::range(&key, worst, &format!("[{least}, {greatest}]")));
         }
         Ok(value)
     };
-    kinetics.parameters.iter().map(parameter).collect()
+    chemistry.parameters.iter().map(parameter).collect()
 }
 
 fn initial(
     config: &Config,
-    kinetics: &Kinetics,
+    chemistry: &Chemistry,
     grid: Grid,
     context: &Context<'_>,
 ) -> Result<Vec<Field>> {
-    let field = |species: &&str| {
+    let field = |species: &String| {
         let key = format!("initial.{species}");
-        let given = config.initial.get(*species);
+        let given = config.initial.get(species);
         Ok(match given.map(|given| source(&key, given, grid, context)).transpose()? {
             None => Field::constant(grid, 0.0),
             Some(Parameter::Uniform(value)) => Field::constant(grid, value),
             Some(Parameter::Map(field)) => field,
         })
     };
-    kinetics.species.iter().map(field).collect()
+    chemistry.species.iter().map(field).collect()
 }
 
 fn diffusivity(
@@ -230,7 +285,7 @@ fn diffusivity(
 /// Applies the perturbations, in order; noise has a random stream of its own per entry.
 fn perturb(
     config: &Config,
-    kinetics: &Kinetics,
+    chemistry: &Chemistry,
     seed: u64,
     grid: Grid,
     parameters: &mut [Parameter],
@@ -238,8 +293,8 @@ fn perturb(
 ) -> Result<()> {
     for (index, change) in config.perturbation.iter().enumerate() {
         let target = change.target.as_str();
-        let parameter = kinetics.parameters.iter().position(|range| range.name == target);
-        let species = kinetics.species.iter().position(|&name| name == target);
+        let parameter = chemistry.parameters.iter().position(|(name, _)| name == target);
+        let species = chemistry.species.iter().position(|name| name == target);
         let field = match (parameter, species) {
             (Some(p), _) => {
                 if let Parameter::Uniform(value) = parameters[p] {
@@ -252,7 +307,7 @@ fn perturb(
             }
             (None, Some(s)) => &mut initial[s],
             (None, None) => {
-                let names = [&parameter_names(kinetics)[..], kinetics.species].concat();
+                let names = [chemistry.parameter_names(), chemistry.species_names()].concat();
                 let reason = format!("no `{target}` here; known: {}", names.join(", "));
                 return Err(Error::config(&format!("perturbation.{index}.target"), reason));
             }
