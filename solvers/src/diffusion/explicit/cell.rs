@@ -6,13 +6,6 @@ use crate::{Error, Field, Grid, Result};
 use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
 
-/// Cells that are computed together. A constant, so that the compiler turns the
-/// loop over them into whole vectors and finds all its bounds; 80 columns are five.
-pub(super) const WIDTH: usize = 16;
-
-/// `WIDTH` cells and one neighbour on either side.
-const WINDOW: usize = WIDTH + 2;
-
 /// The reaction of one cell: `S` species, `P` parameters.
 pub trait Cell<const S: usize, const P: usize>: Send + Sync + 'static {
     /// Rates `f_s(u)` at parameters `p`. Mark it `#[inline(always)]`.
@@ -76,19 +69,14 @@ impl Stencil {
         rows: &Rows<'_, T>,
         out: &mut [T],
     ) {
-        let cut = |row: &mut &[T]| *row = &row[species * rows.stride..][..rows.cells + 2];
-        let mut all = [rows.north, rows.center, rows.south, rows.front, rows.back];
-        all.iter_mut().for_each(cut);
-        let [n, c, s, f, b] = all.map(|row| row.windows(3));
-        let planes = n.zip(c).zip(s).zip(f.zip(b)).zip(out);
-        for ((((n, c), s), (f, b)), out) in planes {
-            let window = |w: &[T]| [w[0], w[1], w[2]];
-            let [n, c, s, f, b] = [n, c, s, f, b].map(window);
-            *out = match (volumetric, self) {
-                (true, _) => seven_point([&n, &c, &s, &f, &b], 0),
-                (_, Self::NinePoint) => nine_point(&n, &c, &s, 0),
-                (_, Self::Axes) => five_point(&n, &c, &s, 0),
-            };
+        let cells = rows.cells;
+        let all = [rows.north, rows.center, rows.south, rows.front, rows.back];
+        let [n, c, s, f, b] = all.map(|row| &row[species * rows.stride..][..cells + 2]);
+        let out = &mut out[..cells];
+        match (volumetric, self) {
+            (true, _) => (0..cells).for_each(|i| out[i] = seven_point([n, c, s, f, b], i)),
+            (_, Self::NinePoint) => (0..cells).for_each(|i| out[i] = nine_point(n, c, s, i)),
+            (_, Self::Axes) => (0..cells).for_each(|i| out[i] = five_point(n, c, s, i)),
         }
     }
 }
@@ -160,54 +148,45 @@ impl<T: Real, C: Cell<S, P>, const S: usize, const P: usize> CellKernel<T, C, S,
     pub fn set_parameter(&mut self, grid: Grid, index: usize, parameter: &Parameter) -> Result<()> {
         match parameter {
             Parameter::Uniform(value) => {
-                self.maps[index] = vec![T::from_f64(*value); grid.shape()[2].max(WIDTH)];
+                self.maps[index] = vec![T::from_f64(*value); grid.shape()[2]];
                 self.mapped[index] = false;
             }
             Parameter::Map(field) => {
                 field.check_shape("parameter map", grid)?;
-                let values = field.as_slice().iter().map(|&v| T::from_f64(v));
-                // The last row may be shorter than the piece that reads it.
-                let rest = std::iter::repeat_n(T::from_f64(0.0), WIDTH);
-                self.maps[index] = values.chain(rest).collect();
+                self.maps[index] = field.as_slice().iter().map(|&v| T::from_f64(v)).collect();
                 self.mapped[index] = true;
             }
         }
         Ok(())
     }
 
-    /// A row in pieces of `WIDTH` cells, the last of them overlapping the one before.
+    /// A row of all species: `max(u + dt f(u, p) + weight sum, 0)`.
+    ///
+    /// One plain loop over slices of known length, the neighbours of cell i at i,
+    /// i + 1 and i + 2: it becomes vectors of the widest unit without bounds checks.
+    /// Parameters are always read from rows, and the clamp is a number: each variant
+    /// would be compiled for every kinetics, precision and instruction set.
     #[inline(always)]
     fn run<const POINTS: u8>(&self, first: usize, rows: &Rows<'_, T>, out: &mut [T]) {
-        // A row is stored with at least one piece's cells.
-        let cells = rows.stride - 2;
-        let mut start = 0;
-        while start < rows.cells {
-            let at = start.min(cells - WIDTH);
-            self.piece::<POINTS>(first, at, rows, out);
-            start = at + WIDTH;
-        }
-    }
-
-    /// Cells `at..at + WIDTH` of a row.
-    ///
-    /// Plain loops over local arrays: closures and iterators are not always inlined
-    /// here, and without it there are no vectors. Parameters are always read from
-    /// rows, and the clamp is a number: each variant would be compiled for every
-    /// kinetics, precision and instruction set.
-    #[inline(always)]
-    fn piece<const POINTS: u8>(&self, first: usize, at: usize, rows: &Rows<'_, T>, out: &mut [T]) {
-        let zero = T::from_f64(0.0);
-        let mut next = [[zero; WIDTH]; S];
-        let mut center = [window::<T, WINDOW>(rows.center, at); S];
-        for (s, center) in center.iter_mut().enumerate() {
-            *center = window(rows.center, s * rows.stride + at);
-        }
-        let mut maps = [[zero; WIDTH]; P];
+        let (n, zero) = (rows.cells, T::from_f64(0.0));
+        let [north, center, south, front, back] = [
+            species::<T, S>(rows.north, rows),
+            species::<T, S>(rows.center, rows),
+            species::<T, S>(rows.south, rows),
+            species::<T, S>(rows.front, rows),
+            species::<T, S>(rows.back, rows),
+        ];
+        let mut maps = [&rows.center[..n]; P];
         for p in 0..P {
-            let origin = if self.mapped[p] { first + at } else { at };
-            maps[p] = *window::<T, WIDTH>(&self.maps[p], origin);
+            maps[p] = &self.maps[p][if self.mapped[p] { first } else { 0 }..][..n];
         }
-        for i in 0..WIDTH {
+        let mut rest = out;
+        let next: [&mut [T]; S] = std::array::from_fn(|_| {
+            let row;
+            (row, rest) = std::mem::take(&mut rest).split_at_mut(rows.stride);
+            &mut row[1..][..n]
+        });
+        for i in 0..n {
             let (mut u, mut p) = ([zero; S], [zero; P]);
             for s in 0..S {
                 u[s] = center[s][i + 1];
@@ -217,54 +196,46 @@ impl<T: Real, C: Cell<S, P>, const S: usize, const P: usize> CellKernel<T, C, S,
             }
             let rates = C::rates(u, p);
             for s in 0..S {
-                next[s][i] = u[s] + self.dt * rates[s];
-            }
-        }
-        for (s, next) in next.iter_mut().enumerate() {
-            let from = s * rows.stride + at;
-            let (n, c, b): (&[T; WINDOW], _, _) =
-                (window(rows.north, from), window(rows.center, from), window(rows.south, from));
-            let (front, back) = (window(rows.front, from), window(rows.back, from));
-            for i in 0..WIDTH {
+                let (n, c, b) = (north[s], center[s], south[s]);
                 let sum = match POINTS {
                     9 => nine_point(n, c, b, i),
                     5 => five_point(n, c, b, i),
-                    _ => seven_point([n, c, b, front, back], i),
+                    _ => seven_point([n, c, b, front[s], back[s]], i),
                 };
-                let value = next[i] + self.weight[s] * sum;
-                next[i] = if value < self.floor { zero } else { value };
+                let value = (u[s] + self.dt * rates[s]) + self.weight[s] * sum;
+                next[s][i] = if value < self.floor { zero } else { value };
             }
-            out[from + 1..][..WIDTH].copy_from_slice(next);
         }
     }
 }
 
-/// `V` values from `from` on.
-///
-/// # Panics
-/// If there are fewer; the rows' lengths exclude it.
+/// A row's species, each with its ghost cells.
 #[inline(always)]
-fn window<T, const V: usize>(row: &[T], from: usize) -> &[T; V] {
-    row[from..].first_chunk().expect("the row holds the window")
+fn species<'a, T: Real, const S: usize>(row: &'a [T], rows: &Rows<'_, T>) -> [&'a [T]; S] {
+    let mut all = [row; S];
+    for (s, one) in all.iter_mut().enumerate() {
+        *one = &row[s * rows.stride..][..rows.cells + 2];
+    }
+    all
 }
 
 // The sums below have the symmetries of the square to the last bit: opposite
 // neighbours are added first, so that mirrored states have mirrored successors.
 
 #[inline(always)]
-fn five_point<T: Real, const V: usize>(n: &[T; V], c: &[T; V], s: &[T; V], i: usize) -> T {
+fn five_point<T: Real>(n: &[T], c: &[T], s: &[T], i: usize) -> T {
     (c[i] + c[i + 2]) + (n[i + 1] + s[i + 1]) - T::from_f64(4.0) * c[i + 1]
 }
 
 #[inline(always)]
-fn nine_point<T: Real, const V: usize>(n: &[T; V], c: &[T; V], s: &[T; V], i: usize) -> T {
+fn nine_point<T: Real>(n: &[T], c: &[T], s: &[T], i: usize) -> T {
     let edges = (c[i] + c[i + 2]) + (n[i + 1] + s[i + 1]);
     let corners = (n[i] + s[i + 2]) + (n[i + 2] + s[i]);
     (T::from_f64(4.0) * edges + corners) - T::from_f64(20.0) * c[i + 1]
 }
 
 #[inline(always)]
-fn seven_point<T: Real, const V: usize>([n, c, s, f, b]: [&[T; V]; 5], i: usize) -> T {
+fn seven_point<T: Real>([n, c, s, f, b]: [&[T]; 5], i: usize) -> T {
     let edges = ((c[i] + c[i + 2]) + (n[i + 1] + s[i + 1])) + (f[i + 1] + b[i + 1]);
     edges - T::from_f64(6.0) * c[i + 1]
 }

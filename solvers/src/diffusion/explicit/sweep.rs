@@ -4,16 +4,25 @@
 //! has done row j, sweep 2 can do row j - 1, sweep 3 row j - 2, and so on: of each
 //! sweep between the first and the last only three rows are ever needed, so that
 //! they stay in the cache, and memory is read once and written once for all
-//! sweeps. A band recomputes what it needs of its neighbours' rows (Nguyen et al.
-//! 2010, "3.5-D blocking", here in 2D). In 3D a pass is one sweep.
+//! sweeps. Rows are done in groups of four, whose common neighbours are read from
+//! the first-level cache; then six rows of a sweep are kept. A band recomputes what
+//! it needs of its neighbours' rows (Nguyen et al. 2010, "3.5-D blocking", here in
+//! 2D). In 3D a pass is one sweep.
 
 use super::{Explicit, Kernel, Real, Rows, SERIAL_CELLS};
 use crate::Boundary;
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
-/// Fewest rows of a band: eight sweeps then recompute at most a tenth of it.
+/// Fewest rows of a band: twelve sweeps then recompute a sixth of it.
 const BAND: usize = 64;
+
+/// Rows that a sweep does before the next sweep has its turn: their shared
+/// neighbours are then read from the first-level cache.
+const GROUP: usize = 4;
+
+/// Rows of a sweep that the next one may still need: a group and one on either side.
+const KEPT: usize = GROUP + 2;
 
 /// Puts the boundary's values into the ghost cells of each species of a row.
 #[inline(always)]
@@ -36,7 +45,7 @@ impl<T: Real, K: Kernel<T>> Explicit<T, K> {
         let row = self.kernel.species() * self.stride;
         // Two bands per thread even out what the threads are given.
         let band = if threads == 1 { nz * ny } else { (nz * ny).div_ceil(2 * threads).max(BAND) };
-        let ring = 3 * row * (levels - 1) + self.kernel.scratch(nx);
+        let ring = KEPT * row * (levels - 1) + self.kernel.scratch(nx);
         self.rings.resize_with((nz * ny).div_ceil(band), Vec::new);
         for work in &mut self.rings {
             work.resize(ring, T::from_f64(0.0));
@@ -45,7 +54,7 @@ impl<T: Real, K: Kernel<T>> Explicit<T, K> {
         let source = Source { shape: self.grid.shape(), boundary: self.boundary, row, current };
         let run = |(index, (out, work)): (usize, (&mut [T], &mut Vec<T>))| {
             let stride = row / kernel.species();
-            let (ring, scratch) = work.split_at_mut(3 * row * (levels - 1));
+            let (ring, scratch) = work.split_at_mut(KEPT * row * (levels - 1));
             let first = index * band;
             let job = Job { kernel, source, stride, phase, levels, first, out, ring, scratch };
             Arch::new().dispatch(job);
@@ -117,7 +126,7 @@ struct Job<'a, T, K> {
     /// First row of the band.
     first: usize,
     out: &'a mut [T],
-    /// Three rows of each sweep but the last.
+    /// `KEPT` rows of each sweep but the last.
     ring: &'a mut [T],
     scratch: &'a mut [T],
 }
@@ -136,34 +145,46 @@ impl<T: Real, K: Kernel<T>> NullaryFnOnce for Job<'_, T, K> {
         let phases = kernel.phases();
         let volumetric = nz > 1;
         let inside = |j: isize| if periodic { j } else { j.clamp(0, ny as isize - 1) };
-        let slot = |j: isize| inside(j).rem_euclid(3) as usize * row;
-        for front in start - (levels as isize - 1)..end + (levels as isize - 1) {
+        let slot = |j: isize| inside(j).rem_euclid(KEPT as isize) as usize * row;
+        let (floor, ceiling) =
+            if periodic { (isize::MIN, isize::MAX) } else { (0, (nz * ny) as isize) };
+        let reach = levels as isize - 1;
+        for front in (start - reach..end + reach).step_by(GROUP) {
             for level in 1..=levels {
                 // Sweep `level` needs `margin` rows beyond the band for the sweeps after it.
                 let margin = (levels - level) as isize;
-                let j = front - (level as isize - 1);
-                let wanted = (start - margin..end + margin).contains(&j);
-                if !wanted || !(volumetric || periodic || (0..ny as isize).contains(&j)) {
-                    continue;
+                let begin = front - (level as isize - 1);
+                let low = begin.max(start - margin).max(floor);
+                let high = (begin + GROUP as isize).min(end + margin).min(ceiling);
+                for j in low..high {
+                    let (below, above) =
+                        ring.split_at_mut(KEPT * row * (level - 1).min(levels - 1));
+                    let rows = if volumetric {
+                        source.around(j as usize, stride)
+                    } else {
+                        let [north, center, south] = [j - 1, j, j + 1].map(|j| match level {
+                            1 => source.wrapped(j),
+                            _ => &below[KEPT * row * (level - 2) + slot(j)..][..row],
+                        });
+                        Rows {
+                            cells: nx,
+                            stride,
+                            center,
+                            north,
+                            south,
+                            front: center,
+                            back: center,
+                        }
+                    };
+                    let target = if level == levels {
+                        &mut out[(j - start) as usize * row..][..row]
+                    } else {
+                        &mut above[slot(j)..][..row]
+                    };
+                    let first = j.rem_euclid((nz * ny) as isize) as usize * nx;
+                    kernel.row((phase + level - 1) % phases, first, &rows, target, scratch);
+                    fill_ghosts(boundary, target, stride, nx);
                 }
-                let (below, above) = ring.split_at_mut(3 * row * (level - 1).min(levels - 1));
-                let rows = if volumetric {
-                    source.around(j as usize, stride)
-                } else {
-                    let [north, center, south] = [j - 1, j, j + 1].map(|j| match level {
-                        1 => source.wrapped(j),
-                        _ => &below[3 * row * (level - 2) + slot(j)..][..row],
-                    });
-                    Rows { cells: nx, stride, center, north, south, front: center, back: center }
-                };
-                let target = if level == levels {
-                    &mut out[(j - start) as usize * row..][..row]
-                } else {
-                    &mut above[slot(j)..][..row]
-                };
-                let first = j.rem_euclid((nz * ny) as isize) as usize * nx;
-                kernel.row((phase + level - 1) % phases, first, &rows, target, scratch);
-                fill_ghosts(boundary, target, stride, nx);
             }
         }
     }
