@@ -144,7 +144,7 @@ fn periodic_distances_wrap() {
         wrap(x - 0.99).hypot(wrap(y - 0.02)) - 0.2
     });
     let exact = phi.clone();
-    phi.as_mut_slice().iter_mut().for_each(|v| *v = *v * (1.0 + 2.0 * v.abs()));
+    phi.as_mut_slice().iter_mut().for_each(|v| *v *= 1.0 + 2.0 * v.abs());
     redistance(&mut phi, Boundary::Periodic).unwrap();
     let (near, far) = errors(&phi, &exact);
     println!("periodic disk of {} cells: near {near:.5}, far {far:.4}", 0.2 / h);
@@ -270,7 +270,7 @@ fn masks_images_and_polylines() {
         [0.503 + 0.3 * t.cos(), 0.491 + 0.3 * t.sin()]
     });
     let line = solvers::isosurface::Polyline { points: points.collect(), closed: true };
-    let phi = from_polylines(&[line.clone()], grid).unwrap();
+    let phi = from_polylines(std::slice::from_ref(&line), grid).unwrap();
     let (near, far) = errors(&phi, &exact);
     println!("128: a polyline, near {near:.5}, far {far:.4} cells");
     assert!(near < 0.01 && far < 0.05, "{near} {far}");

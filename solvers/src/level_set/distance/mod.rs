@@ -108,7 +108,7 @@ impl Redistance {
     /// If the band is not positive, or the grid has 2^32 nodes or more.
     pub fn new(grid: Grid, options: RedistanceOptions) -> Result<Self> {
         if let Some(band) = options.band
-            && !(band > 0.0)
+            && (band.is_nan() || band <= 0.0)
         {
             return Err(Error::out_of_range("band", band, "(0, inf)"));
         }
