@@ -1,7 +1,6 @@
 //! Signed distances against exact ones, with observed orders.
 #![allow(clippy::print_stdout, reason = "tests print what they measured")]
 
-use proptest::prelude::*;
 use solvers::level_set::distance::{from_image, from_mask, from_polylines};
 use solvers::level_set::shapes::Point;
 use solvers::level_set::{Redistance, RedistanceOptions, Shape, redistance};
@@ -49,21 +48,26 @@ fn circle_of_1024_from_three_inputs() {
     let with = |f: &(dyn Fn(f64, [f64; 3]) -> f64 + Sync)| {
         Field::from_fn(grid, |p| f(disk().distance(p), p))
     };
-    let cases: [(&str, Field); 3] = [
-        ("distance", exact.clone()),
-        ("x^2 + y^2 - r^2", with(&|d, _| (d + 0.3).powi(2) - 0.09)),
+    // Round-off and third order (1e-5); slopes that vary over 57 cells, (2 pi / 57)^2 / 8 = .0015.
+    let cases: [(&str, Field, f64); 3] = [
+        ("distance", exact.clone(), 1e-5),
+        ("x^2 + y^2 - r^2", with(&|d, _| (d + 0.3).powi(2) - 0.09), 1e-5),
         // Slopes from .1 to 2.1 and back every 57 cells, times a tilt of 1 : 11.
-        ("uneven slopes", with(&|d, [x, y, _]| d * (1.1 + (x * 113.0).sin()) * (1.0 + 10.0 * y))),
+        (
+            "uneven slopes",
+            with(&|d, [x, y, _]| d * (1.1 + (x * 113.0).sin()) * (1.0 + 10.0 * y)),
+            0.0015,
+        ),
     ];
-    for (name, phi) in cases {
-        let mut out = phi.clone();
+    for (name, phi, limit) in cases {
+        let mut out = phi;
         redistance(&mut out, Boundary::Neumann).unwrap();
         let (near, far) = errors(&out, &exact);
         println!("1024 circle from {name}: near {near:.6}, far {far:.4} cells");
-        assert!(near < 0.02, "{name}: {near}");
-        // The sweeps may miss the nearest patch by a few where many are equally near:
-        // .04 cell at the centre, on top of the near error.
-        assert!(far < 0.07, "{name}: {far}");
+        assert!(near < limit, "{name}: {near}");
+        // Beyond 4 cells a sweep may find the element beside the nearest, by at most half
+        // a diagonal: sqrt(4^2 + .5) - 4 = .062.
+        assert!(far < 0.062, "{name}: {far}");
     }
 }
 
@@ -140,7 +144,7 @@ fn periodic_distances_wrap() {
         wrap(x - 0.99).hypot(wrap(y - 0.02)) - 0.2
     });
     let exact = phi.clone();
-    phi.as_mut_slice().iter_mut().for_each(|v| *v = *v * (1.0 + 2.0 * v.abs()));
+    phi.as_mut_slice().iter_mut().for_each(|v| *v *= 1.0 + 2.0 * v.abs());
     redistance(&mut phi, Boundary::Periodic).unwrap();
     let (near, far) = errors(&phi, &exact);
     println!("periodic disk of {} cells: near {near:.5}, far {far:.4}", 0.2 / h);
@@ -163,9 +167,9 @@ fn distances_are_kept_and_settle() {
         }
         let (moved, _) = errors(&many, &once);
         println!("128: an exact distance changes by {kept:.6} cells, 100 more by {moved:.6}");
-        // Patches of .7 cell on the ellipse's tips (radius 13 cells) are good to 6e-4 cell,
-        // and a redistance moves the contour by at most that; scikit-fmm by .036 at once.
-        assert!(kept < 1e-3 && moved < 0.06, "{kept} {moved}");
+        // Curvature at the ellipse's tips (radius 13 cells) changes by its third order
+        // within an arc: 6e-5 cell, at each of 100 times at worst; scikit-fmm moves .036 at once.
+        assert!(kept < 6e-5 && moved < 6e-3, "{kept} {moved}");
     }
 }
 
@@ -180,7 +184,9 @@ fn narrow_band_is_the_clipped_whole() {
     let options = RedistanceOptions { band: Some(band), ..Default::default() };
     Redistance::new(grid, options).unwrap().apply(&mut narrow).unwrap();
     for (a, b) in narrow.as_slice().iter().zip(whole.as_slice()) {
-        assert!((a - b.clamp(-band, band)).abs() < 1e-12, "{a} {b}");
+        // Up to 3.5 cells both measure all elements; beyond the whole has the sweeps' error.
+        let limit = if a.abs() * 200.0 < 3.4 { 1e-12 } else { 0.062 / 200.0 };
+        assert!((a - b.clamp(-band, band)).abs() < limit, "{a} {b}");
     }
 }
 
@@ -214,8 +220,8 @@ fn quarter_turns_and_mirrors() {
         worst = worst.max((turned.at(0, i, n - 1 - j) - out.at(0, j, i)).abs() * n as f64);
     }
     println!("a quarter turn changes distances by {worst:.2e} cells");
-    // Ties between equally near patches are broken by the order of the sweeps.
-    assert!(worst < 0.05, "{worst}");
+    // Beyond 4 cells the sweeps' finds differ with their order, by .062 at worst.
+    assert!(worst < 0.062, "{worst}");
 }
 
 #[test]
@@ -264,7 +270,7 @@ fn masks_images_and_polylines() {
         [0.503 + 0.3 * t.cos(), 0.491 + 0.3 * t.sin()]
     });
     let line = solvers::isosurface::Polyline { points: points.collect(), closed: true };
-    let phi = from_polylines(&[line.clone()], grid).unwrap();
+    let phi = from_polylines(std::slice::from_ref(&line), grid).unwrap();
     let (near, far) = errors(&phi, &exact);
     println!("128: a polyline, near {near:.5}, far {far:.4} cells");
     assert!(near < 0.01 && far < 0.05, "{near} {far}");
@@ -274,52 +280,90 @@ fn masks_images_and_polylines() {
     );
 }
 
-/// Largest distance error (cells) against brute force over the marching-squares lines,
-/// near the contour and anywhere.
-fn against_lines(out: &Field, lines: &[solvers::isosurface::Polyline]) -> (f64, f64) {
-    let to_side = |p: [f64; 3], (a, b): ([f64; 2], [f64; 2])| {
-        let (ab, ap) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-        let square = ab[0] * ab[0] + ab[1] * ab[1];
-        let s = ((ab[0] * ap[0] + ab[1] * ap[1]) / square.max(1e-300)).clamp(0.0, 1.0);
-        (ap[0] - s * ab[0]).hypot(ap[1] - s * ab[1])
+/// Sides of the contour of `f` between the outermost nodes and half a cell beyond, sampled
+/// at sixteenths of a cell, without closed lines around no node, which a grid cannot see.
+fn fine_contour(f: &(impl Fn([f64; 2]) -> f64 + Sync), [ny, nx]: [usize; 2]) -> Vec<[[f64; 2]; 2]> {
+    let grid = Grid::new(&[16 * ny + 1, 16 * nx + 1], 1.0 / 16.0).unwrap();
+    let fine = Field::from_fn(grid, |[x, y, _]| f([x - 0.5, y - 0.5]));
+    let lines = solvers::isosurface::contour_lines(&fine, 0.0);
+    let seen = |line: &solvers::isosurface::Polyline| {
+        !line.closed
+            || (0..nx * ny).map(|m| [(m % nx) as f64 + 0.5, (m / nx) as f64 + 0.5]).any(|[x, y]| {
+                let right = line.sides().filter(|(a, b)| {
+                    (a[1] > y) != (b[1] > y)
+                        && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+                });
+                right.count() % 2 == 1
+            })
     };
-    let (mut near, mut far) = (0.0_f64, 0.0_f64);
+    let sides = lines.iter().filter(|line| seen(line)).flat_map(|line| line.sides());
+    sides.map(|(a, b)| [a, b].map(|p| p.map(|c| c - 0.5))).collect()
+}
+
+/// Largest and mean error (cells) within 1.5 cells of the sides, and the largest anywhere.
+/// Nodes whose nearest side lies beyond the outermost nodes are left out.
+fn against_sides(out: &Field, sides: &[[[f64; 2]; 2]]) -> [f64; 3] {
+    let [_, ny, nx] = out.grid().shape();
+    let (mut near, mut sum, mut count, mut far) = (0.0_f64, 0.0, 0.0, 0.0_f64);
     for (n, d) in out.as_slice().iter().enumerate() {
-        let p = out.grid().position(n);
-        let sides = lines.iter().flat_map(|l| l.sides());
-        let exact = sides.map(|side| to_side(p, side)).fold(f64::INFINITY, f64::min);
+        let [x, y, _] = out.grid().position(n);
+        let foot = |[a, b]: &[[f64; 2]; 2]| {
+            let (ab, ap) = ([b[0] - a[0], b[1] - a[1]], [x - a[0], y - a[1]]);
+            let square = (ab[0] * ab[0] + ab[1] * ab[1]).max(1e-300);
+            let s = ((ab[0] * ap[0] + ab[1] * ap[1]) / square).clamp(0.0, 1.0);
+            let foot = [a[0] + s * ab[0], a[1] + s * ab[1]];
+            ((x - foot[0]).powi(2) + (y - foot[1]).powi(2), foot)
+        };
+        let nearest = sides.iter().map(foot).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        let (exact, [u, v]) = (nearest.0.sqrt(), nearest.1);
+        if u < 0.0 || v < 0.0 || u > (nx - 1) as f64 || v > (ny - 1) as f64 {
+            continue;
+        }
         let error = (d.abs() - exact).abs();
         far = far.max(error);
         if exact < 1.5 {
             near = near.max(error);
+            sum += error;
+            count += 1.0;
         }
     }
-    (near, far)
+    [near, sum / f64::max(count, 1.0), far]
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn random_fields_against_brute_force(
-        a in prop::array::uniform4(-1.0..1.0_f64), offset in -0.3..0.3_f64,
-    ) {
-        let grid = Grid::new(&[40, 48], 1.0).unwrap();
-        let phi = Field::from_fn(grid, |[x, y, _]| {
-            a[0] * (0.2 * x).sin() + a[1] * (0.23 * y).cos() + a[2] * (0.15 * (x + y)).sin()
-                + a[3] * (0.3 * x - 0.1 * y).cos() + offset
-        });
-        let lines = solvers::isosurface::contour_lines(&phi, 0.0);
-        prop_assume!(!lines.is_empty());
-        let mut out = phi.clone();
-        redistance(&mut out, Boundary::Neumann).unwrap();
-        for (p, d) in phi.as_slice().iter().zip(out.as_slice()) {
-            prop_assert_eq!(*p < 0.0, *d < 0.0);
+/// Sums of 8 waves of random directions and phases.
+#[test]
+fn random_waves_against_brute_force() {
+    let shape = [32, 40];
+    let mut numbers = solvers::random::stream(5, "waves", 0);
+    let mut number = || solvers::random::uniform(&mut numbers);
+    // Four values carry a wave of 2 pi / k cells to 9/384 k^4 of its height (cubic
+    // interpolation): over the slope k that shifts the contour by .023 k^3, .0014 cell at 16 cells
+    // and .011 at 8; where waves cancel the slope is smaller and the shift larger.
+    for (shortest, near_limit, mean_limit, far_limit) in
+        [(16.0, 0.05, 0.0014, 0.15), (8.0, 0.5, 0.011, 0.5)]
+    {
+        let (mut worst, mut mean) = ([0.0_f64; 2], 0.0);
+        for _ in 0..12 {
+            let waves: [[f64; 4]; 8] = std::array::from_fn(|_| {
+                let k = std::f64::consts::TAU / (shortest * (1.0 + 2.0 * number()));
+                let (s, c) = (std::f64::consts::TAU * number()).sin_cos();
+                [k * c, k * s, std::f64::consts::TAU * number(), 0.5 + number()]
+            });
+            let f = |[x, y]: [f64; 2]| {
+                waves.iter().map(|w| w[3] * (w[0] * x + w[1] * y + w[2]).sin()).sum::<f64>()
+            };
+            let mut phi = Field::from_fn(Grid::new(&shape, 1.0).unwrap(), |[x, y, _]| f([x, y]));
+            let signs = phi.clone();
+            redistance(&mut phi, Boundary::Neumann).unwrap();
+            for (p, d) in signs.as_slice().iter().zip(phi.as_slice()) {
+                assert_eq!(*p < 0.0, *d < 0.0);
+            }
+            let [near, average, far] = against_sides(&phi, &fine_contour(&f, shape));
+            worst = [worst[0].max(near), worst[1].max(far)];
+            mean += average / 12.0;
         }
-        let (near, far) = against_lines(&out, &lines);
-        // At the border lines end at the last crossing, patches .75 cell farther: the mirrored
-        // contour goes on there. Elsewhere chords and arcs differ by h^2 / 8 r.
-        prop_assert!(near < 0.75 && far < 0.75, "{} {}", near, far);
-        println!("noise: near {near:.3} far {far:.3}");
+        let [near, far] = worst;
+        println!("waves of {shortest} cells: near {near:.4}, mean {mean:.5}, far {far:.4} cells");
+        assert!(near < near_limit && mean < mean_limit && far < far_limit, "{shortest}");
     }
 }

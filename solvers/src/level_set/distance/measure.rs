@@ -1,52 +1,49 @@
-//! The distance from every node to its nearest piece.
+//! The squared distance from every node to the element that the sweeps found.
 
+use super::elements::square;
 use super::sweep::Lane;
 use super::{Lattice, Pieces};
-use rayon::prelude::*;
 
 /// Rows and columns of a tile: the lane of the x axis is stored across the rows.
 const ROWS: usize = 16;
 const COLUMNS: usize = 64;
 
-/// The last step: signs from the field, magnitudes from the pieces.
+/// Signs from the field, magnitudes from the elements.
 pub(super) struct Finish<'a> {
     pub lattice: &'a Lattice,
     pub pieces: &'a Pieces,
     /// Finds stored `[z][y][x]` and `[x][z][y]`.
     pub lanes: &'a [Lane; 2],
-    /// Magnitude where no piece is known (cells).
+    /// Squared distance where no element is known (cells).
     pub far: f64,
-    /// Whether pieces follow each other along lines by their numbers.
-    pub chained: bool,
-    /// Length of a cell.
-    pub spacing: f64,
+    /// Squared distance below which `far` is written, for others to measure (cells).
+    pub near: f64,
 }
 
-/// Pieces of the nodes in a stretch of a row, component by component.
+/// Elements of the nodes in a stretch of a row, as each node sees them.
 struct Stretch {
-    w: [[f64; COLUMNS]; 3],
-    normal: [[f64; COLUMNS]; 3],
+    across: [f64; COLUMNS],
+    along: [f64; COLUMNS],
     curvature: [f64; COLUMNS],
     extent: [f64; COLUMNS],
 }
 
 impl Finish<'_> {
-    /// Replaces all values.
-    pub(super) fn run(&self, phi: &mut [f64], parallel: bool) {
+    /// Replaces values by squared distances in rows from `first` on (of all planes, one after another).
+    pub(super) fn run(&self, first: usize, values: &mut [f64]) {
         let [_, ny, nx] = self.lattice.shape;
-        for (k, plane) in phi.chunks_mut(ny * nx).enumerate() {
-            if parallel {
-                let blocks = plane.par_chunks_mut(ROWS * nx).enumerate();
-                blocks.for_each(|(block, values)| self.block(k, block * ROWS, values));
-            } else {
-                let blocks = plane.chunks_mut(ROWS * nx).enumerate();
-                blocks.for_each(|(block, values)| self.block(k, block * ROWS, values));
-            }
+        let (mut row, mut rest) = (first, values);
+        while !rest.is_empty() {
+            // A tile lies within one plane.
+            let rows = ROWS.min(ny - row % ny).min(rest.len() / nx);
+            let (tile, after) = rest.split_at_mut(rows * nx);
+            self.tile_row(row / ny, row % ny, tile);
+            (row, rest) = (row + rows, after);
         }
     }
 
-    /// Rows from `j0` on, tile by tile.
-    fn block(&self, k: usize, j0: usize, values: &mut [f64]) {
+    /// Up to `ROWS` rows from `j0` on, tile by tile.
+    fn tile_row(&self, k: usize, j0: usize, values: &mut [f64]) {
         let [nz, ny, nx] = self.lattice.shape;
         let [yz, x] = self.lanes;
         let rows = values.len() / nx;
@@ -54,8 +51,8 @@ impl Finish<'_> {
         let mut elements = [[0_u32; COLUMNS]; ROWS];
         let mut turned = [([0_u32; ROWS], [0.0_f32; ROWS]); COLUMNS];
         let mut stretch = Stretch {
-            w: [[0.0; COLUMNS]; 3],
-            normal: [[0.0; COLUMNS]; 3],
+            across: [0.0; COLUMNS],
+            along: [0.0; COLUMNS],
             curvature: [0.0; COLUMNS],
             extent: [0.0; COLUMNS],
         };
@@ -76,61 +73,29 @@ impl Finish<'_> {
                     *element = if turned.1[r] < shorter { found } else { other };
                 }
             }
-            for (r, elements) in elements[..rows].iter_mut().enumerate() {
-                if self.chained {
-                    self.descend([k, j0 + r, i0], &mut elements[..columns]);
-                }
+            for (r, elements) in elements[..rows].iter().enumerate() {
                 let values = &mut values[r * nx + i0..][..columns];
                 if elements[..columns].iter().all(|&number| number == 0) {
-                    let far = self.far * self.spacing;
-                    values.iter_mut().for_each(|value| *value = signed(*value, far));
-                } else if nz > 1 {
-                    self.in_space([k, j0 + r, i0], elements, values);
+                    values.iter_mut().for_each(|value| *value = signed(*value, self.far));
+                } else if self.lattice.plane() {
+                    self.gather([j0 + r, i0], &elements[..columns], &mut stretch);
+                    let (far, near) = (self.far, self.near);
+                    arch.dispatch(Squares { s: &stretch, values, far, near });
                 } else {
-                    self.gather([k, j0 + r, i0], &elements[..columns], &mut stretch);
-                    arch.dispatch(Distances {
-                        s: &stretch,
-                        values,
-                        far: self.far,
-                        spacing: self.spacing,
-                    });
+                    self.in_space([k, j0 + r, i0], elements, values);
                 }
             }
         }
     }
 
-    /// Moves to the next or previous piece while that is nearer.
-    fn descend(&self, [k, j, i0]: [usize; 3], elements: &mut [u32]) {
-        let all = &self.pieces.elements;
-        for (c, number) in elements.iter_mut().enumerate().filter(|(_, number)| **number != 0) {
-            let to = |n: usize| all[n].distance(self.offset([k, j, i0 + c], all[n].point));
-            let mut n = *number as usize;
-            let mut nearest = to(n);
-            for up in [true, false] {
-                loop {
-                    let next = if up { n + 1 } else { n - 1 };
-                    if next == 0 || next == all.len() || to(next) >= nearest {
-                        break;
-                    }
-                    (n, nearest) = (next, to(next));
-                }
-            }
-            *number = n as u32;
-        }
-    }
-
-    /// Collects what the distances of a stretch need.
-    #[inline(always)]
-    fn gather(&self, [k, j, i0]: [usize; 3], elements: &[u32], s: &mut Stretch) {
+    fn gather(&self, [j, i0]: [usize; 2], elements: &[u32], s: &mut Stretch) {
         for (c, &number) in elements.iter().enumerate() {
-            let element = &self.pieces.elements[number as usize];
-            let w = self.offset([k, j, i0 + c], element.point);
-            for m in 0..3 {
-                s.w[m][c] = w[m];
-                s.normal[m][c] = element.normal[m];
-            }
-            s.curvature[c] = element.curvature;
-            s.extent[c] = element.extent;
+            let e = &self.pieces.elements[number as usize];
+            let [x, y, _] = self.offset([0, j, i0 + c], e.point);
+            s.across[c] = x * e.normal[0] + y * e.normal[1];
+            s.along[c] = y * e.normal[0] - x * e.normal[1];
+            s.curvature[c] = e.curvature;
+            s.extent[c] = e.overlap;
         }
     }
 
@@ -149,49 +114,66 @@ impl Finish<'_> {
 
     fn in_space(&self, [k, j, i0]: [usize; 3], elements: &[u32; COLUMNS], values: &mut [f64]) {
         for (c, (value, &number)) in values.iter_mut().zip(elements).enumerate() {
-            let mut distance = self.far;
+            let mut found = self.far;
             if number != 0 {
                 let element = &self.pieces.elements[number as usize];
                 let w = self.offset([k, j, i0 + c], element.point);
                 let shape = &self.pieces.shapes[number as usize];
-                distance = element.in_space(shape, w).distance(w).min(self.far);
+                found = element.square_in_space(shape, w).min(self.far);
             }
-            *value = signed(*value, distance * self.spacing);
+            *value = signed(*value, found);
         }
     }
 }
 
-/// The distances of a stretch of plane values.
-struct Distances<'a> {
+/// The squared distances of a stretch of plane values.
+struct Squares<'a> {
     s: &'a Stretch,
     values: &'a mut [f64],
     far: f64,
-    spacing: f64,
+    near: f64,
 }
 
-impl pulp::NullaryFnOnce for Distances<'_> {
+impl pulp::NullaryFnOnce for Squares<'_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { s, values, far, spacing } = self;
+        let Self { s, values, far, near } = self;
         for (c, value) in values.iter_mut().enumerate().take(COLUMNS) {
-            let element = super::Element {
-                point: [0.0; 3],
-                normal: [s.normal[0][c], s.normal[1][c], 0.0],
-                curvature: s.curvature[c],
-                extent: s.extent[c],
-            };
-            let distance = element.distance([s.w[0][c], s.w[1][c], 0.0]);
-            // Unknown pieces are infinitely far: the comparison fails for inf and NaN.
-            let distance = if distance < far { distance } else { far };
-            *value = signed(*value, distance * spacing);
+            let found = square(s.across[c], s.along[c], s.curvature[c], s.extent[c]);
+            // Unknown elements are infinitely far: the comparison fails for inf and NaN.
+            let known = (found < far) & (found >= near);
+            *value = signed(*value, if known { found } else { far });
         }
     }
 }
 
+/// `magnitude` with the sign of a value; 0 for 0.
 #[inline(always)]
-fn signed(sign: f64, distance: f64) -> f64 {
-    let outward = if sign < 0.0 { -distance } else { distance };
+pub(super) fn signed(sign: f64, magnitude: f64) -> f64 {
+    let outward = if sign < 0.0 { -magnitude } else { magnitude };
     if sign == 0.0 { 0.0 } else { outward }
+}
+
+/// Replaces signed squares (cells) by lengths; `far` stands for itself.
+pub(super) struct Roots<'a> {
+    pub values: &'a mut [f64],
+    /// Largest magnitude (cells).
+    pub far: f64,
+    pub spacing: f64,
+}
+
+impl pulp::NullaryFnOnce for Roots<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let square = self.far * self.far;
+        for value in self.values {
+            let found = value.abs();
+            let root = if found < square { found.sqrt() } else { self.far };
+            *value = signed(*value, root * self.spacing);
+        }
+    }
 }

@@ -31,9 +31,9 @@ pub fn from_image(image: &Field, level: f64, boundary: Boundary) -> Result<Field
 
 /// Signed distance to closed polylines in the plane, inside by the even-odd rule.
 ///
-/// Sides are cut into pieces of half a cell at most; where several parts of the
-/// lines are about equally far, one a little farther may be measured. The
-/// distances do not wrap.
+/// Sides are cut into pieces of half a cell at most. Up to two cells away the
+/// distance is exact; beyond, where several parts of the lines are about equally far,
+/// one a little farther may be measured. The distances do not wrap.
 ///
 /// # Errors
 /// If the grid has not two axes, a line is open, has fewer than three points, a
@@ -53,7 +53,7 @@ pub fn from_polylines(lines: &[Polyline], grid: Grid) -> Result<Field> {
     }
     let mut phi = Field::constant(grid, 1.0);
     fill_inside(&mut phi, lines);
-    work.measure(phi.as_mut_slice(), true);
+    work.measure(phi.as_mut_slice());
     Ok(phi)
 }
 
@@ -101,7 +101,9 @@ fn add_side(pieces: &mut Pieces, grid: Grid, p: [f64; 2], q: [f64; 2]) {
         };
         let (i, j) = (node(point[0], nx), node(point[1], ny));
         let around = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(b, a)| [0, j[b] as u32, i[a] as u32]);
-        pieces.push(Element { normal, extent, ..Element::point(point) }, [0.0; 6], &around);
+        let element = Element { normal, extent, ..Element::point(point) }.overlapping(0.75);
+        // Bends for grids of a single row or column, which count as space.
+        pieces.push(element, &around, Some([0.0; 6]));
     }
 }
 
