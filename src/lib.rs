@@ -5,6 +5,7 @@
 //! folder) and [`manifest`] (`run.json`).
 
 pub mod artifact;
+pub mod bench;
 pub mod checkpoint;
 pub mod cli;
 pub mod figure;

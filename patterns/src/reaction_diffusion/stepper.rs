@@ -47,6 +47,17 @@ pub struct Setup {
 }
 
 impl Setup {
+    /// Refuses single precision, for kinetics that are not compiled in it.
+    pub(super) fn check_double(&self) -> Result<()> {
+        match self.precision {
+            Precision::F64 => Ok(()),
+            Precision::F32 => {
+                let reason = "this kinetics runs in f64; turing and gray-scott run in f32 too";
+                Err(Error::config("precision", reason))
+            }
+        }
+    }
+
     /// Refuses a time step at which the fastest decay, `rate` (1/time), overshoots without bound.
     pub(super) fn check_rate(&self, rate: f64) -> Result<()> {
         if self.dt * rate < 2.0 {
@@ -177,6 +188,17 @@ pub(super) fn explicit_cell<C: Cell<S, P>, const S: usize, const P: usize>(
     let fastest = setup.diffusion.iter().copied().fold(0.0, f64::max);
     setup.check_rate(fastest * setup.stencil.max_symbol(setup.grid))?;
     explicit_kernel(setup, cell::<f32, C, S, P>, cell::<f64, C, S, P>)
+}
+
+/// As [`explicit_cell`], in double precision only.
+pub(super) fn explicit_double<C: Cell<S, P>, const S: usize, const P: usize>(
+    setup: &Setup,
+) -> Result<Box<dyn Stepper>> {
+    setup.check_double()?;
+    let fastest = setup.diffusion.iter().copied().fold(0.0, f64::max);
+    setup.check_rate(fastest * setup.stencil.max_symbol(setup.grid))?;
+    let kernel = cell::<f64, C, S, P>(setup)?;
+    Ok(Box::new(Explicit::new(setup.grid, setup.boundary, kernel)?))
 }
 
 fn cell<T: Real, C: Cell<S, P>, const S: usize, const P: usize>(

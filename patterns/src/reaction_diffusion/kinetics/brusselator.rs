@@ -1,6 +1,6 @@
 //! The Brusselator of Prigogine and Lefever.
 
-use super::{Kinetics, explicit, range, reaction};
+use super::{Kinetics, explicit_double, range, reaction};
 use crate::Preset;
 use solvers::diffusion::explicit::{Cell, Real};
 
@@ -23,7 +23,7 @@ pub static KINETICS: Kinetics = Kinetics {
     species: &["u", "v"],
     parameters: &[range("a", 0.0, 100.0), range("b", 0.0, 100.0)],
     presets: PRESETS,
-    explicit: explicit::<Brusselator, 2, 2>,
+    explicit: explicit_double::<Brusselator, 2, 2>,
     reaction: Some(reaction::<Brusselator, 2, 2>),
 };
 

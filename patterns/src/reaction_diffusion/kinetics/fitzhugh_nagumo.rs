@@ -1,6 +1,6 @@
 //! FitzHugh and Nagumo's equations where the resting state is unstable to patterns (Turing regime).
 
-use super::{Kinetics, explicit, range, reaction};
+use super::{Kinetics, explicit_double, range, reaction};
 use crate::Preset;
 use solvers::diffusion::explicit::{Cell, Real};
 
@@ -26,7 +26,7 @@ pub static KINETICS: Kinetics = Kinetics {
         range("delta", -10.0, 10.0),
     ],
     presets: PRESETS,
-    explicit: explicit::<FitzHughNagumo, 2, 3>,
+    explicit: explicit_double::<FitzHughNagumo, 2, 3>,
     reaction: Some(reaction::<FitzHughNagumo, 2, 3>),
 };
 

@@ -1,6 +1,6 @@
 //! Gierer and Meinhardt's activator and inhibitor, with saturation.
 
-use super::{Kinetics, explicit, range, reaction};
+use super::{Kinetics, explicit_double, range, reaction};
 use crate::Preset;
 use solvers::diffusion::explicit::{Cell, Real};
 
@@ -29,7 +29,7 @@ pub static KINETICS: Kinetics = Kinetics {
         range("kappa", 0.0, 100.0),
     ],
     presets: PRESETS,
-    explicit: explicit::<GiererMeinhardt, 2, 4>,
+    explicit: explicit_double::<GiererMeinhardt, 2, 4>,
     reaction: Some(reaction::<GiererMeinhardt, 2, 4>),
 };
 

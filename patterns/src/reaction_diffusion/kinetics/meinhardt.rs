@@ -1,7 +1,7 @@
 //! Meinhardt's five chemicals: two states that exclude each other locally and need each other
 //! at a distance, so that stripes form. Constants as in Turk's textures: c = .01.
 
-use super::{Kinetics, explicit, range, reaction};
+use super::{Kinetics, explicit_double, range, reaction};
 use crate::Preset;
 use solvers::diffusion::explicit::{Cell, Real};
 
@@ -35,7 +35,7 @@ pub static KINETICS: Kinetics = Kinetics {
         range("c", 0.0, 1.0),
     ],
     presets: PRESETS,
-    explicit: explicit::<Meinhardt, 5, 4>,
+    explicit: explicit_double::<Meinhardt, 5, 4>,
     reaction: Some(reaction::<Meinhardt, 5, 4>),
 };
 

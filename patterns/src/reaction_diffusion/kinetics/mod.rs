@@ -74,6 +74,14 @@ fn explicit<C: Cell<S, P>, const S: usize, const P: usize>(
     stepper::explicit_cell::<C, S, P>(setup)
 }
 
+/// The explicit stepper of a [`Cell`] in double precision only: single precision is
+/// compiled for the models that are run at large sizes, to keep the build short.
+fn explicit_double<C: Cell<S, P>, const S: usize, const P: usize>(
+    setup: &Setup,
+) -> Result<Box<dyn Stepper>> {
+    stepper::explicit_double::<C, S, P>(setup)
+}
+
 /// The [`Reaction`] of a [`Cell`].
 fn reaction<C: Cell<S, P>, const S: usize, const P: usize>(
     parameters: &[Parameter],

@@ -7,7 +7,7 @@
 use super::{Kinetics, range};
 use crate::reaction_diffusion::stepper::{self, Setup, Stepper};
 use crate::{Preset, Result};
-use solvers::diffusion::explicit::{Kernel, Parameter, Real, Rows, Stencil};
+use solvers::diffusion::explicit::{Explicit, Kernel, Parameter, Real, Rows, Stencil};
 
 /// Registry entry.
 pub static KINETICS: Kinetics = Kinetics {
@@ -76,7 +76,8 @@ fn explicit(setup: &Setup) -> Result<Box<dyn Stepper>> {
     let k0 = (0..setup.grid.len()).map(|n| setup.parameters[2].at(n)).fold(0.0, f64::max);
     let largest = setup.stencil.max_symbol(setup.grid);
     setup.check_rate((largest - k0 * k0).powi(2).max(k0.powi(4)))?;
-    stepper::explicit_kernel(setup, kernel::<f32>, kernel::<f64>)
+    setup.check_double()?;
+    Ok(Box::new(Explicit::new(setup.grid, setup.boundary, kernel::<f64>(setup)?)?))
 }
 
 fn kernel<T: Real>(setup: &Setup) -> Result<SwiftHohenberg<T>> {
