@@ -174,9 +174,12 @@ impl Request {
         for key in keys {
             let last = key.rsplit('.').next().unwrap_or(&key).to_owned();
             let line = text.lines().position(|line| {
-                let bare = line.trim_start().trim_start_matches(['"', '\'', '{', ' ']);
+                let bare = line.trim_start().trim_start_matches(['"', '\'', '{', ' ', '[']);
+                let bare = bare.strip_prefix("config.").unwrap_or(bare);
                 bare.strip_prefix(&last).is_some_and(|rest| {
-                    rest.trim_start_matches(['"', '\'']).trim_start().starts_with(['=', ':', '.'])
+                    rest.trim_start_matches(['"', '\''])
+                        .trim_start()
+                        .starts_with(['=', ':', '.', ']'])
                 })
             });
             if let Some(line) = line {

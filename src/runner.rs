@@ -215,9 +215,10 @@ impl Session<'_> {
         let mut state = self.run.save();
         self.recorder.save(&mut state);
         state.put_u64("lab.frames_wanted", &[self.options.frames]);
-        self.folder.write_hidden(checkpoint::FILE, &checkpoint::to_bytes(&state)?)?;
         self.manifest.iterations = self.run.iterations();
+        // First the manifest: a checkpoint without one could not be resumed.
         self.write_manifest()?;
+        self.folder.write_hidden(checkpoint::FILE, &checkpoint::to_bytes(&state)?)?;
         self.saved = true;
         Ok(())
     }

@@ -13,7 +13,8 @@ pub(crate) fn from_table<T: DeserializeOwned>(table: &Table) -> Result<T> {
     let value = toml::Value::Table(table.clone());
     serde_path_to_error::deserialize(value).map_err(|error| {
         let reason = error.inner().to_string().trim().replace('\n', " ");
-        let path = error.path().to_string().replace('[', "").replace(']', "");
+        // `speed[0].kind` as the dotted key `speed.0.kind`.
+        let path = error.path().to_string().replace(']', "").replace('[', ".");
         // serde knows only the table of an unknown key; its message has the key.
         let unknown =
             reason.strip_prefix("unknown field `").and_then(|rest| rest.split('`').next());

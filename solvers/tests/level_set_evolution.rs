@@ -1,4 +1,5 @@
 //! The time stepper itself: symmetry, borders, narrow band, options, errors.
+#![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 mod level_set_support;
 

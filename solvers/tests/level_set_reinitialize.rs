@@ -1,4 +1,5 @@
 //! Reinitialization and velocity extension, against exact distances and angles.
+#![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 mod level_set_support;
 

@@ -76,9 +76,8 @@ impl General {
 fn euler(setup: &Setup, diffusivity: &[Diffusivity]) -> Result<Engine> {
     let operator = |d: &Diffusivity| Operator::new(setup.grid, setup.boundary, d);
     let operators = diffusivity.iter().map(operator).collect::<solvers::Result<Vec<_>>>()?;
-    // The eigenvalues of an operator reach at the most twice its largest diagonal entry.
     let fastest = operators.iter().map(Operator::max_rate).fold(0.0, f64::max);
-    setup.check_rate(2.0 * fastest)?;
+    setup.check_rate(fastest)?;
     let nodes = setup.grid.len();
     let rates = vec![vec![0.0; nodes]; operators.len()];
     Ok(Engine::Euler { dt: setup.dt, operators, rates, spread: vec![0.0; nodes] })

@@ -281,7 +281,8 @@ impl Run for Rd {
         self.keep_snapshot();
         let settled = self.settle();
         let last = self.done == self.config.iterations;
-        if !last && !(settled && self.config.stop_when_settled) {
+        let ends = last || (settled && self.config.stop_when_settled);
+        if !ends {
             return Ok(Status::Running);
         }
         self.finish()?;

@@ -58,6 +58,6 @@ mod tests {
         let band = Band::lay(&phi, 3.0);
         assert_eq!(band.row(0), [10..15, 50..55]);
         assert!(band.row(1).is_empty());
-        assert_eq!(Band::lay(&phi, 17.0).row(0), [0..64]);
+        assert_eq!(Band::lay(&phi, 17.0).row(0), std::slice::from_ref(&(0..64)));
     }
 }

@@ -26,6 +26,9 @@ pub static KINETICS: &[&Kinetics] = &[
     &meinhardt::KINETICS,
 ];
 
+/// Makes a reaction at given parameters.
+pub type MakeReaction = fn(&[Parameter]) -> Result<Box<dyn Reaction + Send>>;
+
 /// A reaction as the registry sees it.
 pub struct Kinetics {
     /// Name in configurations, `kebab-case`.
@@ -43,7 +46,7 @@ pub struct Kinetics {
     /// The explicit stepper at concentrations 0.
     pub explicit: fn(&Setup) -> Result<Box<dyn Stepper>>,
     /// The reaction for other steppers; `None` if it is more than a reaction.
-    pub reaction: Option<fn(&[Parameter]) -> Result<Box<dyn Reaction + Send>>>,
+    pub reaction: Option<MakeReaction>,
 }
 
 /// The presets of all kinetics, in the order shown to people.

@@ -177,6 +177,7 @@ impl<T: Real, C: Cell<S, P>, const S: usize, const P: usize> CellKernel<T, C, S,
             species::<T, S>(rows.back, rows),
         ];
         let mut maps = [&rows.center[..n]; P];
+        #[allow(clippy::needless_range_loop, reason = "one index serves several arrays")]
         for p in 0..P {
             maps[p] = &self.maps[p][if self.mapped[p] { first } else { 0 }..][..n];
         }
