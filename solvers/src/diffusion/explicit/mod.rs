@@ -13,7 +13,7 @@
 //! one ghost cell at each end.
 //!
 //! [`Explicit`] asks its [`Kernel`] for one row at a time, and orders the rows so
-//! that several steps are done while they are in the cache ([`sweep`]). A row's
+//! that several steps are done while they are in the cache (`sweep.rs`). A row's
 //! value depends only on rows of the step before, so any order gives the same bytes.
 
 mod cell;
