@@ -8,6 +8,7 @@ pub mod boundary;
 pub mod diffusion;
 mod error;
 pub mod expression;
+pub mod fem;
 pub mod field;
 pub mod grid;
 pub mod isosurface;
