@@ -12,6 +12,7 @@ mod state;
 // 1. declare
 pub mod level_set;
 pub mod reaction_diffusion;
+pub mod topology;
 
 pub(crate) use config::{check_memory, from_table, to_table};
 
@@ -25,4 +26,5 @@ pub static MODELS: &[&Model] = &[
     // 2. register
     &reaction_diffusion::MODEL,
     &level_set::MODEL,
+    &topology::MODEL,
 ];

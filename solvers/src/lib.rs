@@ -14,6 +14,7 @@ pub mod grid;
 pub mod isosurface;
 pub mod level_set;
 pub mod mesh;
+pub mod optimize;
 pub mod order;
 pub mod random;
 pub mod sparse;

@@ -15,12 +15,14 @@ mod direct;
 mod element;
 mod lattice;
 mod rigid;
+mod solver;
 mod system;
 
 pub use direct::Direct;
 pub use element::{Elastic, Element, PlaneState};
 pub use lattice::Lattice;
 pub use rigid::{RigidMode, free_modes};
+pub use solver::{LinearSolver, SolveReport};
 pub use system::System;
 
 #[cfg(test)]

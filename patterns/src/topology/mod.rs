@@ -1,0 +1,207 @@
+//! Topology optimization: material in a box that makes a structure stiff.
+//!
+//! Densities by optimality criteria or moving asymptotes (Sigmund 2001; Andreassen et
+//! al. 2011; Svanberg 2007), or a front that moves by the shape derivative (Algorithm 2 of
+//! Chattopadhyay & Mukherjee, made to work), on one finite-element model.
+//!
+//! Metrics: `compliance` (of the design before the last update, as the published programs
+//! print it), `compliance_final` (of the design that is written), `volume`, `change`,
+//! `greyness`.
+
+mod analysis;
+mod config;
+mod database;
+mod design;
+mod filter;
+mod interpolation;
+mod mechanism;
+mod passive;
+mod problem;
+mod region;
+mod simp;
+mod stress;
+mod update;
+mod view;
+
+#[cfg(test)]
+mod tests;
+
+pub use config::{
+    Cases, Config, Filter, Interpolation, LevelSetConfig, Method, Objective, Optimizer, Projection,
+    Rules, Solver,
+};
+pub use problem::{Load, Material, Output, Passive, Physics, ProblemConfig, Spring, Support};
+pub use region::Side;
+
+use crate::{Artifact, Context, Error, Image, Metric, Model, Result, Run, State, Status};
+use analysis::Analysis;
+use interpolation::Law;
+use problem::Problem;
+use simp::Simp;
+use solvers::{Field, fem::LinearSolver};
+
+/// Registry entry.
+pub static MODEL: Model = Model {
+    name: "topopt",
+    about: "Material in a box that makes a structure stiff: SIMP and level set",
+    paper: "Sigmund 2001, doi:10.1007/s001580050176; Andreassen et al. 2011; \
+            Chattopadhyay & Mukherjee, Algorithm 2 and Table 1.1",
+    presets: database::presets,
+    start,
+};
+
+/// Tolerance of the solve that gives `compliance_final`.
+const FINAL_TOLERANCE: f64 = 1e-10;
+
+struct TopOpt {
+    config: Config,
+    problem: Problem,
+    analysis: Analysis,
+    simp: Simp,
+    notes: Vec<String>,
+    history: Vec<[f64; 3]>,
+    done: u64,
+}
+
+fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
+    let config: Config = crate::from_table(table)?;
+    config.check()?;
+    let mut problem = Problem::new(&config, context)?;
+    let notes = mechanism::hold(&mut problem)?;
+    let solver = LinearSolver::direct(&problem.system)?;
+    let analysis = Analysis::new(&problem, solver);
+    let simp = Simp::new(&config, &problem)?;
+    Ok(Box::new(TopOpt { config, problem, analysis, simp, notes, history: Vec::new(), done: 0 }))
+}
+
+impl TopOpt {
+    /// Objective of the design that is written.
+    fn final_objective(&self) -> Option<f64> {
+        // A second solver, because looking must not change the run.
+        let mut solver = LinearSolver::direct(&self.problem.system).ok()?;
+        let law = Law::new(&self.config, self.config.penalization);
+        let stiffness: Vec<f64> = self.simp.rho.iter().map(|&x| law.stiffness(x)).collect();
+        solver.prepare(&self.problem.system, &stiffness).ok()?;
+        let mut analysis = Analysis::new(&self.problem, solver);
+        analysis.solve(&self.problem, &self.simp.rho, law, FINAL_TOLERANCE).ok()?;
+        let mut gradient = vec![0.0; self.simp.rho.len()];
+        let mut values = Vec::new();
+        for (case, (weight, _)) in self.problem.cases.iter().enumerate() {
+            let value = analysis.objective(
+                &self.problem,
+                &self.config,
+                (case, *weight),
+                &self.simp.rho,
+                law,
+                &mut gradient,
+            );
+            values.push(weight * value.ok()?);
+        }
+        Some(match self.config.cases {
+            Cases::Sum => values.iter().sum(),
+            Cases::Worst => values.into_iter().fold(f64::NEG_INFINITY, f64::max),
+        })
+    }
+
+    fn density(&self) -> Result<Field> {
+        Ok(Field::from_vec(self.problem.grid, self.simp.rho.clone())?)
+    }
+
+    /// Name of the objective among the metrics.
+    fn name(&self) -> &'static str {
+        match self.config.objective {
+            Objective::Compliance => "compliance",
+            Objective::Displacement => "displacement",
+            Objective::Stress => "stress",
+        }
+    }
+}
+
+impl Run for TopOpt {
+    fn step(&mut self) -> Result<Status> {
+        let rests = self.simp.step(&self.config, &self.problem, &mut self.analysis)?;
+        self.done += 1;
+        self.history.push([self.simp.objective, self.simp.volume, self.simp.change]);
+        Ok(if rests {
+            Status::Done
+        } else if self.done >= self.config.iterations {
+            Status::NotConverged
+        } else {
+            Status::Running
+        })
+    }
+
+    fn iterations(&self) -> u64 {
+        self.done
+    }
+
+    fn max_iterations(&self) -> u64 {
+        self.config.iterations
+    }
+
+    fn config(&self) -> toml::Table {
+        crate::to_table(&self.config)
+    }
+
+    fn observe(&self) -> Vec<Metric> {
+        vec![
+            Metric::new(self.name(), self.simp.objective, "1"),
+            Metric::new("volume", self.simp.volume, "1"),
+            Metric::new("change", self.simp.change, "1"),
+        ]
+    }
+
+    fn metrics(&self) -> Vec<Metric> {
+        let mut metrics = self.observe();
+        if let Some(value) = self.final_objective() {
+            metrics.push(Metric::new(&format!("{}_final", self.name()), value, "1"));
+        }
+        metrics.push(Metric::new("greyness", view::greyness(&self.simp.rho), "1"));
+        if self.analysis.total_iterations > 0 {
+            let total = self.analysis.total_iterations as f64;
+            metrics.push(Metric::new("solver_iterations", total, "1"));
+            metrics.push(Metric::new("residual", self.analysis.report.residual, "1"));
+        }
+        metrics
+    }
+
+    fn artifacts(&self) -> Vec<Artifact> {
+        let Ok(density) = self.density() else { return Vec::new() };
+        view::artifacts(&self.config, &self.problem, &density, &self.history, self.name())
+    }
+
+    fn frame(&self) -> Option<Image> {
+        self.density().ok().map(view::ink)
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
+    }
+
+    fn save(&self) -> State {
+        let mut state = State::default();
+        state.put_u64("done", &[self.done]);
+        let history: Vec<f64> = self.history.iter().flatten().copied().collect();
+        state.put_f64("history", &history);
+        for (case, u) in self.analysis.u.iter().enumerate() {
+            state.put_f64(&format!("u{case}"), u);
+        }
+        state.put_u64("solver_iterations", &[self.analysis.total_iterations]);
+        self.simp.save(&mut state);
+        state
+    }
+
+    fn restore(&mut self, state: &State) -> Result<()> {
+        self.done = state.one_u64("done")?;
+        let history = state.all_f64("history")?;
+        if history.len() as u64 != 3 * self.done {
+            return Err(Error::Checkpoint("`history` does not fit the iterations".into()));
+        }
+        self.history = history.chunks_exact(3).map(|h| [h[0], h[1], h[2]]).collect();
+        for (case, u) in self.analysis.u.iter_mut().enumerate() {
+            state.get_f64(&format!("u{case}"), u)?;
+        }
+        self.analysis.total_iterations = state.one_u64("solver_iterations")?;
+        self.simp.restore(state)
+    }
+}

@@ -1,0 +1,70 @@
+//! Von Mises stresses and their p-norm.
+
+use super::problem::Problem;
+
+/// Densities below this count as this in the relaxed stress, whose slope is infinite at 0.
+const LEAST: f64 = 1e-4;
+
+/// Von Mises stress from `xx, yy, xy` (plane stress) or `xx, yy, zz, yz, xz, xy`, and its
+/// derivatives by them.
+pub(super) fn von_mises(dim: usize, s: &[f64; 6]) -> (f64, [f64; 6]) {
+    if dim == 2 {
+        let square = s[0] * s[0] - s[0] * s[1] + s[1] * s[1] + 3.0 * s[2] * s[2];
+        let value = square.sqrt();
+        let inverse = if value > 0.0 { 1.0 / value } else { 0.0 };
+        let slope = [s[0] - 0.5 * s[1], s[1] - 0.5 * s[0], 3.0 * s[2], 0.0, 0.0, 0.0];
+        return (value, slope.map(|d| d * inverse));
+    }
+    let (xy, yz, zx) = (s[0] - s[1], s[1] - s[2], s[2] - s[0]);
+    let shear = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
+    let value = (0.5 * (xy * xy + yz * yz + zx * zx) + 3.0 * shear).sqrt();
+    let inverse = if value > 0.0 { 1.0 / value } else { 0.0 };
+    let slope =
+        [0.5 * (xy - zx), 0.5 * (yz - xy), 0.5 * (zx - yz), 3.0 * s[3], 3.0 * s[4], 3.0 * s[5]];
+    (value, slope.map(|d| d * inverse))
+}
+
+/// `(sum_e (sqrt(rho_e) s_e)^P)^(1/P)` with the von Mises stress `s_e` of solid material at
+/// the element's middle: the relaxed stress of Bruggi 2008 with exponent 1/2.
+///
+/// Adds its derivatives by the displacements to `right` and, times `weight`, those by the
+/// densities at fixed displacements to `gradient`.
+pub(super) fn p_norm(
+    problem: &Problem,
+    exponent: f64,
+    u: &[f64],
+    rho: &[f64],
+    weight: f64,
+    right: &mut [f64],
+    gradient: &mut [f64],
+) -> f64 {
+    let (system, element) = (&problem.system, problem.system.element());
+    let (n, dim, components) = (element.unknowns(), element.dim(), element.components());
+    let lattice = system.lattice();
+    let mut local = [0.0; 24];
+    let mut stresses = vec![(0.0, [0.0; 6]); rho.len()];
+    for (e, stress) in stresses.iter_mut().enumerate() {
+        system.gather(e, u, &mut local[..n]);
+        *stress = von_mises(dim, &element.stress(&local[..n]));
+    }
+    let relaxed = |e: usize| rho[e].max(LEAST).sqrt() * stresses[e].0;
+    // Scaled by the greatest: powers of large stresses would overflow.
+    let greatest = (0..rho.len()).map(relaxed).fold(f64::MIN_POSITIVE, f64::max);
+    let sum: f64 = (0..rho.len()).map(|e| libm::pow(relaxed(e) / greatest, exponent)).sum();
+    let norm = greatest * libm::pow(sum, 1.0 / exponent);
+    for e in 0..rho.len() {
+        let outer = libm::pow(relaxed(e) / norm, exponent - 1.0);
+        let root = rho[e].max(LEAST).sqrt();
+        if rho[e] > LEAST {
+            gradient[e] += weight * outer * stresses[e].0 * 0.5 / root;
+        }
+        local[..n].fill(0.0);
+        element.stress_adjoint(&stresses[e].1.map(|d| d * outer * root), &mut local[..n]);
+        let first = lattice.first_node(e);
+        for (m, value) in local[..n].iter().enumerate() {
+            let node = first + lattice.offsets()[m / components];
+            right[node * components + m % components] += value;
+        }
+    }
+    norm
+}

@@ -1,0 +1,29 @@
+//! Optimizers for many design variables in boxes, which ask and are told.
+//!
+//! The method owns its state and the caller owns the loop: it evaluates its functions and
+//! their gradients, hands them in, and gets the next point back. Nothing is evaluated here.
+//!
+//! | method                 | problem                                       | inner loop            |
+//! |------------------------|-----------------------------------------------|-----------------------|
+//! | [`Mma`]                | smooth f0, m constraints `g_i(x) <= 0`        | none                  |
+//! | [`Gcmma`]              | the same, falling at every accepted point     | until a trial is good |
+//! | [`OptimalityCriteria`] | monotone f0, one volume                       | bisection             |
+//!
+//! All are deterministic: the same input gives the same bytes for any number of threads.
+//! Their states implement serde's traits, and a state that was written and read back goes on
+//! to the same bytes if the format keeps every bit of a number. A variable whose bounds are
+//! equal is fixed: it takes that value whatever is handed in.
+
+mod bounds;
+mod check;
+mod gcmma;
+mod mma;
+mod oc;
+
+pub use bounds::Bounds;
+pub use gcmma::{Gcmma, GcmmaConfig, Verdict};
+pub use mma::{Artificial, Mma, MmaConfig, MovingLimits, Solve};
+pub use oc::{BisectionEnd, OcConfig, OptimalityCriteria};
+
+#[cfg(test)]
+mod tests;
