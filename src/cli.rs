@@ -9,6 +9,8 @@ mod list;
 mod rd;
 mod run;
 mod run_args;
+mod topopt;
+mod topopt_table;
 mod values;
 
 use crate::{manifest::RunStatus, runner};
@@ -34,6 +36,7 @@ pub struct Cli {
 enum Command {
     Rd(Box<rd::Args>),
     LevelSet(Box<level_set::Args>),
+    Topopt(Box<topopt::Args>),
     Run(Box<run::Args>),
     List(list::Args),
     Figure(figure::Args),
@@ -81,6 +84,7 @@ fn dispatch(command: Command) -> Result<ExitCode> {
     match command {
         Command::Rd(args) => rd::main(&args),
         Command::LevelSet(args) => level_set::main(&args),
+        Command::Topopt(args) => topopt::main(&args),
         Command::Run(args) => run::main(&args),
         Command::List(args) => list::main(&args),
         Command::Figure(args) => figure::main(&args),

@@ -23,11 +23,11 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// For a run of `max_iterations` steps and an animation of about `frames` frames.
-    pub fn new(max_iterations: u64, frames: u64) -> Self {
+    /// For a run of about `iterations` steps and an animation of about `frames` frames.
+    pub fn new(iterations: u64, frames: u64) -> Self {
         Self {
-            every: max_iterations.div_ceil(OBSERVATIONS).max(1),
-            frame_every: max_iterations.div_ceil(frames.max(1)).max(1),
+            every: iterations.div_ceil(OBSERVATIONS).max(1),
+            frame_every: iterations.div_ceil(frames.max(1)).max(1),
             columns: Vec::new(),
             iterations: Vec::new(),
             rows: Vec::new(),
@@ -81,7 +81,9 @@ impl Recorder {
         }
         let mut artifacts = vec![Artifact::Table { name: "log".into(), columns }];
         for (c, (name, unit)) in self.columns.iter().enumerate() {
+            // What is not known before the first step is NaN there.
             let points = self.iterations.iter().copied().zip(self.column(c));
+            let points = points.filter(|(_, value)| value.is_finite());
             let label = if *unit == "1" { name.clone() } else { format!("{name} ({unit})") };
             artifacts.push(Artifact::Plot(Plot {
                 name: format!("log-{}", name.replace('_', "-")),

@@ -85,6 +85,22 @@ impl Request {
         Ok(request)
     }
 
+    /// Takes the configuration from a TOML file that holds nothing else.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is no TOML; the message has the line.
+    pub fn read_config(&mut self, path: &Path) -> Result<()> {
+        let text = fs::read_to_string(path)
+            .with_context(|| format!("cannot read the file `{}`", path.display()))?;
+        let parsed = text.parse::<Table>();
+        self.config = parsed.with_context(|| format!("`{}` is no TOML", path.display()))?;
+        if let Some(folder) = path.parent() {
+            self.base.insert(0, folder.to_path_buf());
+        }
+        self.note_lines(&text, path);
+        Ok(())
+    }
+
     /// Sets a dotted key of the configuration and remembers where it came from.
     ///
     /// # Errors

@@ -100,7 +100,7 @@ pub fn run(request: &Request, options: &Options) -> Result<Outcome> {
         metrics: std::collections::BTreeMap::new(),
         files: folder.files(),
     };
-    let recorder = Recorder::new(run.max_iterations(), options.frames);
+    let recorder = Recorder::new(run.expected_iterations(), options.frames);
     Session { run, recorder, folder, manifest, options, start, saved: false }.go()
 }
 
@@ -126,7 +126,7 @@ pub fn resume(path: &Path, options: &Options) -> Result<Outcome> {
         .with_context(|| format!("{}", path.join("run.json").display()))?;
     run.restore(&state)?;
     let frames = state.all_u64("lab.frames_wanted")?.first().copied().unwrap_or(0);
-    let mut recorder = Recorder::new(run.max_iterations(), frames);
+    let mut recorder = Recorder::new(run.expected_iterations(), frames);
     recorder.restore(&state, run.as_ref())?;
     let mut folder = Folder::open(path);
     folder.adopt(&manifest.files);

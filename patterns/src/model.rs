@@ -70,6 +70,11 @@ pub trait Run {
     /// The most steps that there can be.
     fn max_iterations(&self) -> u64;
 
+    /// About how many steps there will be, for the spacing of frames and log lines.
+    fn expected_iterations(&self) -> u64 {
+        self.max_iterations()
+    }
+
     /// The configuration, complete: starting from it repeats this run.
     fn config(&self) -> toml::Table;
 

@@ -1,6 +1,6 @@
 //! Published figures and the README's pictures: `examples/*.toml` to one PNG each.
 
-mod sheet;
+pub(crate) mod sheet;
 
 use crate::{
     output,

@@ -15,7 +15,7 @@ const CAPTION: usize = 34;
 ///
 /// # Errors
 /// If a picture is no PNG, or the font fails.
-pub(super) fn encode(panels: &[(String, Vec<u8>)], columns: usize) -> Result<Vec<u8>> {
+pub(crate) fn encode(panels: &[(String, Vec<u8>)], columns: usize) -> Result<Vec<u8>> {
     let decode = |(title, png): &(String, Vec<u8>)| -> Result<(String, RgbImage)> {
         let picture = image::load_from_memory(png).with_context(|| format!("panel `{title}`"))?;
         Ok((title.clone(), picture.to_rgb8()))

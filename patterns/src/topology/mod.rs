@@ -33,7 +33,7 @@ pub use config::{
 pub use problem::{Load, Material, Output, Passive, Physics, ProblemConfig, Spring, Support};
 pub use region::Side;
 
-use crate::{Artifact, Context, Error, Image, Metric, Model, Result, Run, State, Status};
+use crate::{Artifact, Context, Image, Metric, Model, Result, Run, State, Status};
 use analysis::Analysis;
 use interpolation::Law;
 use problem::Problem;
@@ -53,13 +53,15 @@ pub static MODEL: Model = Model {
 /// Tolerance of the solve that gives `compliance_final`.
 const FINAL_TOLERANCE: f64 = 1e-10;
 
+/// Iterations that a run takes as a rule.
+const EXPECTED: u64 = 100;
+
 struct TopOpt {
     config: Config,
     problem: Problem,
     analysis: Analysis,
     simp: Simp,
     notes: Vec<String>,
-    history: Vec<[f64; 3]>,
     done: u64,
 }
 
@@ -71,7 +73,7 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
     let solver = LinearSolver::direct(&problem.system)?;
     let analysis = Analysis::new(&problem, solver);
     let simp = Simp::new(&config, &problem)?;
-    Ok(Box::new(TopOpt { config, problem, analysis, simp, notes, history: Vec::new(), done: 0 }))
+    Ok(Box::new(TopOpt { config, problem, analysis, simp, notes, done: 0 }))
 }
 
 impl TopOpt {
@@ -121,7 +123,6 @@ impl Run for TopOpt {
     fn step(&mut self) -> Result<Status> {
         let rests = self.simp.step(&self.config, &self.problem, &mut self.analysis)?;
         self.done += 1;
-        self.history.push([self.simp.objective, self.simp.volume, self.simp.change]);
         Ok(if rests {
             Status::Done
         } else if self.done >= self.config.iterations {
@@ -137,6 +138,10 @@ impl Run for TopOpt {
 
     fn max_iterations(&self) -> u64 {
         self.config.iterations
+    }
+
+    fn expected_iterations(&self) -> u64 {
+        EXPECTED.min(self.config.iterations)
     }
 
     fn config(&self) -> toml::Table {
@@ -167,7 +172,7 @@ impl Run for TopOpt {
 
     fn artifacts(&self) -> Vec<Artifact> {
         let Ok(density) = self.density() else { return Vec::new() };
-        view::artifacts(&self.config, &self.problem, &density, &self.history, self.name())
+        view::artifacts(&self.problem, &density)
     }
 
     fn frame(&self) -> Option<Image> {
@@ -181,8 +186,6 @@ impl Run for TopOpt {
     fn save(&self) -> State {
         let mut state = State::default();
         state.put_u64("done", &[self.done]);
-        let history: Vec<f64> = self.history.iter().flatten().copied().collect();
-        state.put_f64("history", &history);
         for (case, u) in self.analysis.u.iter().enumerate() {
             state.put_f64(&format!("u{case}"), u);
         }
@@ -193,11 +196,6 @@ impl Run for TopOpt {
 
     fn restore(&mut self, state: &State) -> Result<()> {
         self.done = state.one_u64("done")?;
-        let history = state.all_f64("history")?;
-        if history.len() as u64 != 3 * self.done {
-            return Err(Error::Checkpoint("`history` does not fit the iterations".into()));
-        }
-        self.history = history.chunks_exact(3).map(|h| [h[0], h[1], h[2]]).collect();
         for (case, u) in self.analysis.u.iter_mut().enumerate() {
             state.get_f64(&format!("u{case}"), u)?;
         }

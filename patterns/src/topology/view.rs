@@ -1,7 +1,7 @@
 //! Pictures, curves and outlines of a design.
 
-use super::{config::Config, problem::Problem};
-use crate::{Artifact, Axis, Colors, Image, Mark, Plot, Series};
+use super::problem::Problem;
+use crate::{Artifact, Colors, Image};
 use solvers::{
     Field,
     isosurface::{self, Caps},
@@ -33,13 +33,7 @@ pub(super) fn phi(density: &Field) -> Field {
 }
 
 /// Everything that is drawn or saved.
-pub(super) fn artifacts(
-    config: &Config,
-    problem: &Problem,
-    density: &Field,
-    history: &[[f64; 3]],
-    objective: &str,
-) -> Vec<Artifact> {
+pub(super) fn artifacts(problem: &Problem, density: &Field) -> Vec<Artifact> {
     let mut artifacts = vec![
         Artifact::Image(ink(density.clone())),
         Artifact::Image(Image {
@@ -67,39 +61,5 @@ pub(super) fn artifacts(
         let size = [nx as f64, ny as f64];
         artifacts.push(Artifact::Contour { name: "outline".into(), lines, size });
     }
-    artifacts.extend(curves(config, history, objective));
     artifacts
-}
-
-/// Objective, volume and change against the iteration.
-fn curves(config: &Config, history: &[[f64; 3]], objective: &str) -> Vec<Artifact> {
-    let curve = |n: usize| -> Vec<[f64; 2]> {
-        history.iter().enumerate().map(|(i, h)| [i as f64 + 1.0, h[n]]).collect()
-    };
-    let plot = |name: &str, label: &str, log: bool, series: Vec<(&str, usize)>| {
-        let y = if log { Axis::log(label) } else { Axis::linear(label) };
-        let series = series.into_iter().map(|(label, n)| Series {
-            label: label.into(),
-            points: curve(n),
-            mark: Mark::Line,
-        });
-        let about = &config.problem.name;
-        Artifact::Plot(Plot {
-            name: name.into(),
-            title: if about.is_empty() { label.into() } else { format!("{about}: {label}") },
-            x: Axis::linear("iteration"),
-            y,
-            series: series.collect(),
-        })
-    };
-    let positive = history.iter().all(|h| h[0] > 0.0);
-    vec![
-        plot(
-            "convergence",
-            &format!("{objective} (force x length)"),
-            positive,
-            vec![(objective, 0)],
-        ),
-        plot("change", "fraction (1)", true, vec![("volume", 1), ("greatest change", 2)]),
-    ]
 }
