@@ -232,8 +232,8 @@ impl Default for LevelSetConfig {
             redistance_every: 5,
             smoothing: 1.0,
             ersatz: 1e-3,
-            step: 0.5,
-            volume_step: 0.02,
+            step: 1.0,
+            volume_step: 0.01,
         }
     }
 }

@@ -15,6 +15,11 @@ impl Law {
         Self { kind: config.interpolation, p, void: config.void_stiffness }
     }
 
+    /// `E = void + x (1 - void)`: for solid parts of elements, and for black and white.
+    pub(super) fn linear(void: f64) -> Self {
+        Self { kind: Interpolation::Modified, p: 1.0, void }
+    }
+
     /// E(x) for density x in [0, 1].
     pub(super) fn stiffness(self, x: f64) -> f64 {
         match self.kind {

@@ -5,20 +5,23 @@
 //! Chattopadhyay & Mukherjee, made to work), on one finite-element model.
 //!
 //! Metrics: `compliance` (of the design before the last update, as the published programs
-//! print it), `compliance_final` (of the design that is written), `volume`, `change`,
-//! `greyness`.
+//! print it), `compliance_final` (of the design that is written), `compliance_thresholded`
+//! (of its blackest elements, as many as the volume allows, with void 1e-9), `volume`,
+//! `change`, `greyness`.
 
 mod analysis;
 mod config;
 mod database;
 mod design;
 mod filter;
+mod front;
 mod interpolation;
 mod mechanism;
 mod passive;
 mod problem;
 mod region;
 mod simp;
+mod speed_shape;
 mod stress;
 mod update;
 mod view;
@@ -35,6 +38,7 @@ pub use region::Side;
 
 use crate::{Artifact, Context, Image, Metric, Model, Result, Run, State, Status};
 use analysis::Analysis;
+use front::Front;
 use interpolation::Law;
 use problem::Problem;
 use simp::Simp;
@@ -53,6 +57,9 @@ pub static MODEL: Model = Model {
 /// Tolerance of the solve that gives `compliance_final`.
 const FINAL_TOLERANCE: f64 = 1e-10;
 
+/// Stiffness of void when designs of different methods are compared.
+const VOID: f64 = 1e-9;
+
 /// Iterations that a run takes as a rule.
 const EXPECTED: u64 = 100;
 
@@ -60,7 +67,7 @@ struct TopOpt {
     config: Config,
     problem: Problem,
     analysis: Analysis,
-    simp: Simp,
+    way: Way,
     notes: Vec<String>,
     done: u64,
 }
@@ -72,31 +79,65 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
     let notes = mechanism::hold(&mut problem)?;
     let solver = LinearSolver::direct(&problem.system)?;
     let analysis = Analysis::new(&problem, solver);
-    let simp = Simp::new(&config, &problem)?;
-    Ok(Box::new(TopOpt { config, problem, analysis, simp, notes, done: 0 }))
+    let way = match config.method {
+        Method::Simp => Way::Simp(Simp::new(&config, &problem)?),
+        Method::LevelSet => Way::LevelSet(Front::new(&config, &problem)?),
+    };
+    Ok(Box::new(TopOpt { config, problem, analysis, way, notes, done: 0 }))
+}
+
+/// The two methods behind one door.
+enum Way {
+    Simp(Simp),
+    LevelSet(Front),
+}
+
+impl Way {
+    /// Physical densities.
+    fn rho(&self) -> &[f64] {
+        match self {
+            Self::Simp(simp) => &simp.rho,
+            Self::LevelSet(front) => &front.rho,
+        }
+    }
+
+    /// Objective, volume and change.
+    fn numbers(&self) -> [f64; 3] {
+        match self {
+            Self::Simp(simp) => [simp.objective, simp.volume, simp.change],
+            Self::LevelSet(front) => [front.objective, front.volume, front.change],
+        }
+    }
 }
 
 impl TopOpt {
-    /// Objective of the design that is written.
-    fn final_objective(&self) -> Option<f64> {
-        // A second solver, because looking must not change the run.
-        let mut solver = LinearSolver::direct(&self.problem.system).ok()?;
-        let law = Law::new(&self.config, self.config.penalization);
-        let stiffness: Vec<f64> = self.simp.rho.iter().map(|&x| law.stiffness(x)).collect();
-        solver.prepare(&self.problem.system, &stiffness).ok()?;
+    /// Objective of the design that is written, and of black and white with its volume.
+    fn yardsticks(&self) -> Option<[f64; 2]> {
+        let law = match self.config.method {
+            Method::Simp => Law::new(&self.config, self.config.penalization),
+            // The front's ersatz material is linear in the solid part.
+            Method::LevelSet => Law::linear(self.config.level_set.ersatz),
+        };
+        let own = self.evaluate(self.way.rho(), law)?;
+        let order: Vec<f64> = match &self.way {
+            Way::Simp(simp) => simp.rho.iter().map(|x| -x).collect(),
+            Way::LevelSet(front) => front.phi().as_slice().to_vec(),
+        };
+        let black = view::threshold(&order, self.config.volume);
+        Some([own, self.evaluate(&black, Law::linear(VOID))?])
+    }
+
+    /// Objective of densities, by a solver of its own: looking must not change the run.
+    fn evaluate(&self, rho: &[f64], law: Law) -> Option<f64> {
+        let solver = LinearSolver::direct(&self.problem.system).ok()?;
         let mut analysis = Analysis::new(&self.problem, solver);
-        analysis.solve(&self.problem, &self.simp.rho, law, FINAL_TOLERANCE).ok()?;
-        let mut gradient = vec![0.0; self.simp.rho.len()];
+        analysis.solve(&self.problem, rho, law, FINAL_TOLERANCE).ok()?;
+        let mut gradient = vec![0.0; rho.len()];
         let mut values = Vec::new();
         for (case, (weight, _)) in self.problem.cases.iter().enumerate() {
-            let value = analysis.objective(
-                &self.problem,
-                &self.config,
-                (case, *weight),
-                &self.simp.rho,
-                law,
-                &mut gradient,
-            );
+            let case = (case, *weight);
+            let value =
+                analysis.objective(&self.problem, &self.config, case, rho, law, &mut gradient);
             values.push(weight * value.ok()?);
         }
         Some(match self.config.cases {
@@ -106,7 +147,7 @@ impl TopOpt {
     }
 
     fn density(&self) -> Result<Field> {
-        Ok(Field::from_vec(self.problem.grid, self.simp.rho.clone())?)
+        Ok(Field::from_vec(self.problem.grid, self.way.rho().to_vec())?)
     }
 
     /// Name of the objective among the metrics.
@@ -121,7 +162,11 @@ impl TopOpt {
 
 impl Run for TopOpt {
     fn step(&mut self) -> Result<Status> {
-        let rests = self.simp.step(&self.config, &self.problem, &mut self.analysis)?;
+        let (config, problem, analysis) = (&self.config, &self.problem, &mut self.analysis);
+        let rests = match &mut self.way {
+            Way::Simp(simp) => simp.step(config, problem, analysis)?,
+            Way::LevelSet(front) => front.step(config, problem, analysis)?,
+        };
         self.done += 1;
         Ok(if rests {
             Status::Done
@@ -149,19 +194,21 @@ impl Run for TopOpt {
     }
 
     fn observe(&self) -> Vec<Metric> {
+        let [objective, volume, change] = self.way.numbers();
         vec![
-            Metric::new(self.name(), self.simp.objective, "1"),
-            Metric::new("volume", self.simp.volume, "1"),
-            Metric::new("change", self.simp.change, "1"),
+            Metric::new(self.name(), objective, "1"),
+            Metric::new("volume", volume, "1"),
+            Metric::new("change", change, "1"),
         ]
     }
 
     fn metrics(&self) -> Vec<Metric> {
         let mut metrics = self.observe();
-        if let Some(value) = self.final_objective() {
-            metrics.push(Metric::new(&format!("{}_final", self.name()), value, "1"));
+        if let Some([written, black]) = self.yardsticks() {
+            metrics.push(Metric::new(&format!("{}_final", self.name()), written, "1"));
+            metrics.push(Metric::new(&format!("{}_thresholded", self.name()), black, "1"));
         }
-        metrics.push(Metric::new("greyness", view::greyness(&self.simp.rho), "1"));
+        metrics.push(Metric::new("greyness", view::greyness(self.way.rho()), "1"));
         if self.analysis.total_iterations > 0 {
             let total = self.analysis.total_iterations as f64;
             metrics.push(Metric::new("solver_iterations", total, "1"));
@@ -190,7 +237,10 @@ impl Run for TopOpt {
             state.put_f64(&format!("u{case}"), u);
         }
         state.put_u64("solver_iterations", &[self.analysis.total_iterations]);
-        self.simp.save(&mut state);
+        match &self.way {
+            Way::Simp(simp) => simp.save(&mut state),
+            Way::LevelSet(front) => front.save(&mut state),
+        }
         state
     }
 
@@ -200,6 +250,9 @@ impl Run for TopOpt {
             state.get_f64(&format!("u{case}"), u)?;
         }
         self.analysis.total_iterations = state.one_u64("solver_iterations")?;
-        self.simp.restore(state)
+        match &mut self.way {
+            Way::Simp(simp) => simp.restore(state),
+            Way::LevelSet(front) => front.restore(state),
+        }
     }
 }

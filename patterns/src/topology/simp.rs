@@ -117,7 +117,7 @@ impl Simp {
     }
 
     /// Functions and gradients by the design variables.
-    fn evaluate(
+    pub(super) fn evaluate(
         &mut self,
         config: &Config,
         problem: &Problem,

@@ -12,6 +12,16 @@ pub(super) fn greyness(rho: &[f64]) -> f64 {
     rho.iter().map(|x| 4.0 * x * (1.0 - x)).sum::<f64>() / rho.len() as f64
 }
 
+/// 1 for the elements of least `order`, as many as `volume` allows, 0 for the rest.
+pub(super) fn threshold(order: &[f64], volume: f64) -> Vec<f64> {
+    let mut sorted: Vec<usize> = (0..order.len()).collect();
+    sorted.sort_by(|&a, &b| order[a].total_cmp(&order[b]));
+    let mut rho = vec![0.0; order.len()];
+    let count = (volume * order.len() as f64).round() as usize;
+    sorted[..count.min(order.len())].iter().for_each(|&e| rho[e] = 1.0);
+    rho
+}
+
 /// Densities as ink: black is solid.
 pub(super) fn ink(mut density: Field) -> Image {
     density.as_mut_slice().iter_mut().for_each(|v| *v = 1.0 - *v);

@@ -1,0 +1,330 @@
+//! Optimization by a front: Algorithm 2, made to work.
+//!
+//! An iteration analyses the shape, moves its front by the shape derivative with the
+//! multiplier that meets the volume, and now and then opens holes where material carries
+//! least (a front alone cannot). What the paper leaves out and the method needs: the
+//! multiplier, smoothed speeds, the box edge as a free boundary, and the volume restored
+//! after each redistancing.
+
+use super::{
+    analysis::Analysis,
+    config::{Config, Objective},
+    filter::Helmholtz,
+    problem::{Material, Problem},
+    speed_shape::ShapeSpeed,
+};
+use crate::{Error, Result, State};
+use solvers::{
+    Boundary, Field,
+    level_set::{LevelSet, Order, Redistance, RedistanceOptions, Scheme},
+};
+
+/// Halvings in the searches for a multiplier and for a shift.
+const BISECTIONS: usize = 40;
+
+/// Iterations over which the objective must have come to rest.
+const WINDOW: usize = 5;
+
+/// Depth (elements) to which the front is kept away from elements that must stay solid.
+const KEPT: f64 = -0.5;
+
+/// State of a run.
+pub(super) struct Front {
+    front: LevelSet,
+    trial: LevelSet,
+    redistance: Redistance,
+    smooth: Option<Box<Helmholtz>>,
+    /// Signed distance to the box edge, which the shape does not leave.
+    edge: Vec<f64>,
+    /// Elements that stay as they are: `true` solid, `false` void.
+    kept: Vec<Option<bool>>,
+    energy: Vec<f64>,
+    smoothed: Vec<f64>,
+    /// Part of each element that is solid.
+    pub(super) rho: Vec<f64>,
+    pub(super) objective: f64,
+    pub(super) volume: f64,
+    pub(super) change: f64,
+    recent: Vec<f64>,
+    done: u64,
+}
+
+impl Front {
+    pub(super) fn new(config: &Config, problem: &Problem) -> Result<Self> {
+        if config.objective != Objective::Compliance || config.cases != super::Cases::Sum {
+            let reason = "`level-set` minimizes the sum of the cases' compliances only";
+            return Err(Error::config("method", reason));
+        }
+        let grid = problem.grid;
+        let sides = grid.shape();
+        let edge: Vec<f64> = (0..grid.len())
+            .map(|e| {
+                let at = grid.node(e);
+                let axes = (0..3).filter(|&axis| sides[axis] > 1 || axis > 0);
+                let inside = |axis: usize| {
+                    (at[axis] as f64 + 0.5).min((sides[axis] - at[axis]) as f64 - 0.5)
+                };
+                -axes.map(inside).fold(f64::INFINITY, f64::min)
+            })
+            .collect();
+        let mut phi = Field::from_vec(grid, edge.clone())?;
+        open_holes(&mut phi, config.level_set.holes);
+        let scheme =
+            Scheme { order: Order::First, boundary: Boundary::Extrapolate, ..Scheme::default() };
+        let kept = kept(problem);
+        keep(&kept, phi.as_mut_slice());
+        let options = RedistanceOptions { boundary: Boundary::Neumann, band: None };
+        let mut redistance = Redistance::new(grid, options)?;
+        redistance.apply(&mut phi)?;
+        let smooth = match config.level_set.smoothing {
+            length if length > 0.0 => {
+                Some(Box::new(Helmholtz::new(grid, length * 2.0 * 3.0_f64.sqrt())?))
+            }
+            _ => None,
+        };
+        let mut front = Self {
+            trial: LevelSet::new(phi.clone(), scheme.clone())?,
+            front: LevelSet::new(phi, scheme)?,
+            redistance,
+            smooth,
+            energy: vec![0.0; edge.len()],
+            smoothed: vec![0.0; edge.len()],
+            rho: vec![0.0; edge.len()],
+            edge,
+            kept,
+            objective: f64::NAN,
+            volume: 1.0,
+            change: 1.0,
+            recent: Vec::new(),
+            done: 0,
+        };
+        front.bound();
+        front.measure();
+        Ok(front)
+    }
+
+    /// The level-set function, `phi < 0` inside (elements).
+    pub(super) fn phi(&self) -> &Field {
+        self.front.phi()
+    }
+
+    /// One iteration; whether the objective has come to rest at the wanted volume.
+    pub(super) fn step(
+        &mut self,
+        config: &Config,
+        problem: &Problem,
+        analysis: &mut Analysis,
+    ) -> Result<bool> {
+        let ersatz = config.level_set.ersatz;
+        let stiffness = analysis.stiffness.iter_mut().zip(&self.rho);
+        stiffness.for_each(|(e, x)| *e = ersatz + x * (1.0 - ersatz));
+        analysis.solve_stiffness(problem, &self.rho, 1e-8)?;
+        analysis.energy_density(problem, &mut self.energy);
+        self.energy.iter_mut().zip(&analysis.stiffness).for_each(|(w, e)| *w *= e);
+        self.objective = self.energy.iter().sum();
+        if !self.objective.is_finite() {
+            return Err(solvers::Error::Invalid(format!(
+                "the compliance became {}",
+                self.objective
+            ))
+            .into());
+        }
+        match &mut self.smooth {
+            Some(smooth) => smooth.apply(&self.energy, &mut self.smoothed)?,
+            None => self.smoothed.copy_from_slice(&self.energy),
+        }
+        self.done += 1;
+        let options = &config.level_set;
+        let target = config.volume.max(self.volume - options.volume_step);
+        if options.nucleate_every > 0
+            && self.done.is_multiple_of(options.nucleate_every)
+            && self.volume > config.volume
+        {
+            self.nucleate(options.nucleate_fraction)?;
+        }
+        self.move_front(config, target)?;
+        if options.redistance_every > 0 && self.done.is_multiple_of(options.redistance_every) {
+            self.redistance_at_volume()?;
+        }
+        self.measure();
+        self.recent.push(self.objective);
+        Ok(self.rests(config))
+    }
+
+    /// Whether volume and objective have come to rest; sets `change`.
+    fn rests(&mut self, config: &Config) -> bool {
+        let last = self.recent.len().saturating_sub(WINDOW + 1);
+        self.recent.drain(..last);
+        let spread = |v: &f64| (v / self.objective - 1.0).abs();
+        let full = self.recent.len() > WINDOW;
+        self.change = if full { self.recent.iter().map(spread).fold(0.0, f64::max) } else { 1.0 };
+        let met = (self.volume - config.volume).abs() <= 0.005;
+        met && self.change <= config.tolerance
+    }
+
+    /// Solid parts of the elements, and their mean.
+    fn measure(&mut self) {
+        solid(self.front.phi().as_slice(), &mut self.rho);
+        self.volume = mean(&self.rho);
+    }
+
+    /// Keeps the shape in the box and what must stay as it is.
+    fn bound(&mut self) {
+        bound(&self.edge, &self.kept, self.front.phi_mut().as_mut_slice());
+    }
+
+    /// Moves the front with the multiplier at which the volume becomes `target`.
+    fn move_front(&mut self, config: &Config, target: f64) -> Result<()> {
+        let grid = self.front.phi().grid();
+        let energy = Field::from_vec(grid, self.smoothed.clone())?;
+        // The scale of speeds is that of the energies near the front, where they matter.
+        let near = |(w, phi): (&f64, &f64)| if phi.abs() < 1.5 { *w } else { 0.0 };
+        let greatest =
+            self.smoothed.iter().zip(self.front.phi().as_slice()).map(near).fold(0.0, f64::max);
+        let typical = mean(&self.energy) / self.volume;
+        let scale = 1.0 / (2.0 * typical).min(greatest).max(f64::MIN_POSITIVE);
+        let mut speed = ShapeSpeed { energy, lambda: 0.0, scale };
+        let (mut low, mut high) = (0.0, self.smoothed.iter().copied().fold(0.0, f64::max));
+        let mut volume = vec![0.0; grid.len()];
+        for _ in 0..BISECTIONS {
+            speed.lambda = 0.5 * (low + high);
+            self.advance(&mut speed, config.level_set.step)?;
+            solid(self.trial.phi().as_slice(), &mut volume);
+            if mean(&volume) > target { low = speed.lambda } else { high = speed.lambda }
+        }
+        self.front.phi_mut().copy_from(self.trial.phi());
+        Ok(())
+    }
+
+    /// Moves a copy of the front by at most `way`.
+    fn advance(&mut self, speed: &mut ShapeSpeed, way: f64) -> Result<()> {
+        self.trial.phi_mut().copy_from(self.front.phi());
+        self.trial.set_time(0.0);
+        while self.trial.time() < way {
+            self.trial.advance(speed, way - self.trial.time())?;
+        }
+        bound(&self.edge, &self.kept, self.trial.phi_mut().as_mut_slice());
+        Ok(())
+    }
+
+    /// Opens holes in the part of the solid that carries least: the topological derivative
+    /// of the compliance for a small hole is, up to a factor, the energy density (exactly so
+    /// where the two principal stresses agree in size).
+    fn nucleate(&mut self, fraction: f64) -> Result<()> {
+        let phi = self.front.phi().as_slice();
+        let inner = |e: &usize| phi[*e] < -1.0 && self.kept[*e].is_none();
+        let mut inside: Vec<usize> = (0..phi.len()).filter(inner).collect();
+        inside.sort_by(|&a, &b| self.smoothed[a].total_cmp(&self.smoothed[b]));
+        let solid = self.volume * phi.len() as f64;
+        inside.truncate((fraction * solid) as usize);
+        if inside.is_empty() {
+            return Ok(());
+        }
+        let phi = self.front.phi_mut();
+        inside.iter().for_each(|&e| phi.as_mut_slice()[e] = 0.5);
+        self.redistance.apply(phi)?;
+        self.bound();
+        self.measure();
+        Ok(())
+    }
+
+    /// Makes phi a signed distance again and shifts it until the volume is as before.
+    fn redistance_at_volume(&mut self) -> Result<()> {
+        self.measure();
+        let before = self.volume;
+        self.redistance.apply(self.front.phi_mut())?;
+        let start = self.front.phi().clone();
+        let (mut low, mut high) = (-1.0, 1.0);
+        for _ in 0..BISECTIONS {
+            let shift = 0.5 * (low + high);
+            let shifted = self.front.phi_mut().as_mut_slice().iter_mut().zip(start.as_slice());
+            shifted.for_each(|(phi, s)| *phi = s + shift);
+            self.bound();
+            self.measure();
+            if self.volume > before { low = shift } else { high = shift }
+        }
+        Ok(())
+    }
+
+    pub(super) fn save(&self, state: &mut State) {
+        state.put_f64("phi", self.front.phi().as_slice());
+        state.put_f64("numbers", &[self.objective, self.change]);
+        state.put_f64("recent", &self.recent);
+        state.put_u64("steps", &[self.done]);
+    }
+
+    pub(super) fn restore(&mut self, state: &State) -> Result<()> {
+        state.get_f64("phi", self.front.phi_mut().as_mut_slice())?;
+        let mut numbers = [0.0; 2];
+        state.get_f64("numbers", &mut numbers)?;
+        [self.objective, self.change] = numbers;
+        self.recent = state.all_f64("recent")?.to_vec();
+        self.done = state.one_u64("steps")?;
+        self.measure();
+        Ok(())
+    }
+}
+
+/// Part of an element that is solid: exact for a straight front along an axis.
+fn solid(phi: &[f64], rho: &mut [f64]) {
+    rho.iter_mut().zip(phi).for_each(|(x, phi)| *x = (0.5 - phi).clamp(0.0, 1.0));
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The intersection with the box; kept elements as they are.
+fn bound(edge: &[f64], kept: &[Option<bool>], phi: &mut [f64]) {
+    phi.iter_mut().zip(edge).for_each(|(phi, edge)| *phi = phi.max(*edge));
+    keep(kept, phi);
+}
+
+fn keep(kept: &[Option<bool>], phi: &mut [f64]) {
+    for (phi, kept) in phi.iter_mut().zip(kept) {
+        match kept {
+            Some(true) => *phi = phi.min(KEPT),
+            Some(false) => *phi = phi.max(-KEPT),
+            None => {}
+        }
+    }
+}
+
+/// Fixed material, and elements beside a load, without which the load would act on nothing.
+fn kept(problem: &Problem) -> Vec<Option<bool>> {
+    let system = &problem.system;
+    let components = system.element().components();
+    let lattice = system.lattice();
+    let loaded = |node: usize| {
+        let unknowns = node * components..(node + 1) * components;
+        problem.cases.iter().any(|(_, force)| force[unknowns.clone()].iter().any(|&f| f != 0.0))
+    };
+    (0..problem.grid.len())
+        .map(|e| match problem.passive[e] {
+            Some(material) => Some(material == Material::Solid),
+            None => {
+                let first = lattice.first_node(e);
+                let corners = &lattice.offsets()[..lattice.corners()];
+                corners.iter().any(|offset| loaded(first + offset)).then_some(true)
+            }
+        })
+        .collect()
+}
+
+/// Cuts `[across, down]` round holes out of a full box, in rows.
+fn open_holes(phi: &mut Field, [across, down]: [usize; 2]) {
+    if across == 0 || down == 0 {
+        return;
+    }
+    let grid = phi.grid();
+    let [_, ny, nx] = grid.shape();
+    let (dx, dy) = (nx as f64 / across as f64, ny as f64 / down as f64);
+    let radius = 0.3 * dx.min(dy);
+    for e in 0..grid.len() {
+        let [x, y, _] = grid.position(e).map(|x| x + 0.5);
+        let off = |x: f64, d: f64| x - (x / d).floor() * d - 0.5 * d;
+        let hole = radius - off(x, dx).hypot(off(y, dy));
+        let phi = &mut phi.as_mut_slice()[e];
+        *phi = phi.max(hole);
+    }
+}
