@@ -20,6 +20,10 @@ pub fn encode_all(artifacts: &[Artifact]) -> Result<Vec<NamedBytes>> {
 fn encode(artifact: &Artifact) -> Result<Vec<NamedBytes>> {
     match artifact {
         Artifact::Image(image) => encode_image(image),
+        Artifact::Drawing { image, strokes } => {
+            let write = |out: &mut Vec<u8>| picture::write_drawing(image, strokes, out);
+            Ok(vec![bytes(&image.name, "png", write)?])
+        }
         Artifact::Contour { name, lines, size } => {
             let file =
                 bytes(name, "svg", |out| svg::write_svg(lines, *size, svg::Style::default(), out));

@@ -168,7 +168,9 @@ impl Request {
     /// Says where the key of an error was given.
     pub fn locate(&self, error: patterns::Error) -> anyhow::Error {
         let key = match &error {
-            patterns::Error::Config { key, .. } | patterns::Error::Input { key, .. } => key.clone(),
+            patterns::Error::Config { key, .. }
+            | patterns::Error::Mechanism { key, .. }
+            | patterns::Error::Input { key, .. } => key.clone(),
             _ => return error.into(),
         };
         // The key itself, or the nearest one around or inside it.

@@ -5,7 +5,7 @@ use crate::{
     folder::Folder,
     inputs::FileInputs,
     manifest::{Manifest, RunStatus},
-    memory,
+    memory, output,
     record::Recorder,
     request::{Request, find_model},
 };
@@ -80,7 +80,8 @@ pub fn run(request: &Request, options: &Options) -> Result<Outcome> {
     let model = find_model(&request.command)?;
     let inputs = FileInputs::new(request.base.clone());
     let context = Context { seed: request.seed, inputs: &inputs, memory: memory::available() };
-    let run = (model.start)(&request.config, &context).map_err(|error| request.locate(error))?;
+    let run = (model.start)(&request.config, &context)
+        .map_err(|error| refuse(request, options, error))?;
     let mut folder = Folder::create(options.out.as_deref(), model.name, options.force)?;
     let mut config = run.config();
     for file in inputs.into_files() {
@@ -131,6 +132,26 @@ pub fn resume(path: &Path, options: &Options) -> Result<Outcome> {
     let mut folder = Folder::open(path);
     folder.adopt(&manifest.files);
     Session { run, recorder, folder, manifest, options, start, saved: true }.go()
+}
+
+/// Says where a refused value was given; the motion of a mechanism is drawn beside the
+/// output folder, which is not made.
+fn refuse(request: &Request, options: &Options, error: patterns::Error) -> anyhow::Error {
+    let patterns::Error::Mechanism { picture, .. } = &error else {
+        return request.locate(error);
+    };
+    let place = options.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&request.command));
+    let path = PathBuf::from(format!("{}-mechanism.png", place.display()));
+    let drawn = artifact::encode_all(std::slice::from_ref(picture.as_ref())).and_then(|files| {
+        path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+        files.first().map_or(Ok(()), |(_, bytes)| output::save_bytes(&path, bytes))
+    });
+    let located = request.locate(error);
+    match drawn {
+        // The refusal matters more than its picture.
+        Err(_) => located,
+        Ok(()) => anyhow::anyhow!("{located:#} (the motion is drawn in {})", path.display()),
+    }
 }
 
 /// The manifest of an output folder.

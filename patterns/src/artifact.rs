@@ -26,6 +26,13 @@ impl Metric {
 pub enum Artifact {
     /// A scalar field: PNG (slice through the middle in 3D), NPY and VTI.
     Image(Image),
+    /// A picture in ink with lines on top, in a margin of paper: PNG.
+    Drawing {
+        /// The picture.
+        image: Image,
+        /// The lines, in cells from the upper left corner of the first cell.
+        strokes: Vec<Stroke>,
+    },
     /// Closed and open lines in the plane: SVG.
     Contour {
         /// File stem.
@@ -68,6 +75,15 @@ pub struct Image {
     pub range: Option<[f64; 2]>,
     /// A level-set function on the same grid whose zero contour is drawn on top.
     pub contour: Option<Field>,
+}
+
+/// A straight line of a [`Artifact::Drawing`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stroke {
+    /// Its ends `[x, y]` (cells).
+    pub ends: [[f64; 2]; 2],
+    /// Red, green, blue.
+    pub color: [u8; 3],
 }
 
 /// Families of perceptually uniform colormaps.

@@ -13,6 +13,16 @@ pub enum Error {
         /// What was found and what is wanted.
         reason: String,
     },
+    /// The structure can move without strain, and a load drives it.
+    #[error("`{key}`: {reason}")]
+    Mechanism {
+        /// Key in the configuration that could hold it.
+        key: String,
+        /// What moves, and what would stop it.
+        reason: String,
+        /// The motion.
+        picture: Box<crate::Artifact>,
+    },
     /// An input file could not be used.
     #[error("`{key}`: {reason}")]
     Input {

@@ -11,7 +11,7 @@ use super::{
     slice::{self, Slice},
 };
 use anyhow::Result;
-use patterns::{Axis, Colors, Image, Mark, Plot, Series};
+use patterns::{Axis, Colors, Image, Mark, Plot, Series, Stroke};
 use std::io::Write;
 
 /// How a picture is drawn.
@@ -44,6 +44,35 @@ const WHITE: Rgb = [255; 3];
 /// If `out` fails.
 pub fn write_png(image: &Image, style: &Style, out: &mut impl Write) -> Result<()> {
     draw(image, style)?.write_png(out)
+}
+
+/// Writes ink with straight lines on top as PNG, with a margin of paper for lines that leave
+/// the field.
+///
+/// # Errors
+/// If `out` fails.
+pub fn write_drawing(image: &Image, strokes: &[Stroke], out: &mut impl Write) -> Result<()> {
+    let panel = slice::middle(&image.field).swap_remove(0);
+    let times = (SIDE / panel.nx.max(panel.ny)).max(1);
+    let inner = ink(&[panel], &[], times, image.range);
+    let cells = |axis: usize| strokes.iter().flat_map(move |s| s.ends.map(|end| end[axis]));
+    let beyond = |axis: usize, side: usize| {
+        let last = side as f64 / times as f64;
+        let farthest = cells(axis).map(|v| (-v).max(v - last)).fold(0.0, f64::max);
+        (farthest * times as f64).ceil() as usize + GAP
+    };
+    let [w, h] = inner.size();
+    let margin = [beyond(0, w), beyond(1, h)];
+    let mut canvas = Canvas::new(w + 2 * margin[0], h + 2 * margin[1]);
+    for (y, row) in inner.pixels().chunks_exact(3 * w).enumerate() {
+        canvas.row_mut(margin[0], margin[1] + y, w).copy_from_slice(row);
+    }
+    outline(&mut canvas, [margin[0], margin[1], margin[0] + w, margin[1] + h]);
+    for stroke in strokes {
+        let pixel = |end: [f64; 2]| [0, 1].map(|n| margin[n] as f64 + end[n] * times as f64);
+        canvas.stroke(&[stroke.ends.map(pixel)], 2.4, stroke.color);
+    }
+    canvas.write_png(out)
 }
 
 /// Draws a field: false colours in axes, with a colour bar and the zero line of

@@ -1,7 +1,8 @@
 //! Structures that can move without strain, found before anything is solved.
 
 use super::problem::Problem;
-use crate::{Error, Result};
+use crate::{Artifact, Error, Result, Stroke};
+use solvers::Field;
 use solvers::fem::{RigidMode, System, free_modes};
 
 /// Work of a load on a free motion below this fraction of (force x largest motion) is rounding.
@@ -18,7 +19,11 @@ pub(super) fn hold(problem: &mut Problem) -> Result<Vec<String>> {
     loads.extend(problem.output.as_deref());
     for force in loads {
         if let Some(mode) = driven(&problem.system, &modes, force) {
-            return Err(Error::config("problem.support", refusal(problem, &mode)));
+            return Err(Error::Mechanism {
+                key: "problem.support".into(),
+                reason: refusal(problem, &mode),
+                picture: Box::new(picture(problem, &mode)),
+            });
         }
     }
     // Each pin removes one mode.
@@ -95,6 +100,27 @@ fn refusal(problem: &Problem, mode: &RigidMode) -> String {
         ["x", "y", "z"][best % components],
         name_node(system, best / components),
     )
+}
+
+/// The box, the same a little moved, supports and loads.
+fn picture(problem: &Problem, mode: &RigidMode) -> Artifact {
+    let [_, ny, nx] = problem.grid.shape().map(|n| n as f64);
+    let corners = [[0.0, 0.0], [nx, 0.0], [nx, ny], [0.0, ny]];
+    let move_of = |[x, y]: [f64; 2]| mode.displacement([x, y, mode.center[2]]);
+    let size = |[x, y, _]: [f64; 3]| x.hypot(y);
+    let greatest = corners.map(|c| size(move_of(c))).into_iter().fold(f64::MIN_POSITIVE, f64::max);
+    let scale = 0.15 * nx.max(ny) / greatest;
+    let moved = corners.map(|c| {
+        let [dx, dy, _] = move_of(c);
+        [c[0] + scale * dx, c[1] + scale * dy]
+    });
+    let mut strokes = super::marks::strokes(problem);
+    for n in 0..4 {
+        strokes.push(Stroke { ends: [moved[n], moved[(n + 1) % 4]], color: [200, 30, 30] });
+    }
+    let mut image = super::view::ink(Field::constant(problem.grid, 0.1));
+    image.name = "mechanism".into();
+    Artifact::Drawing { image, strokes }
 }
 
 /// "rotate about node (61, 21)", "move along x".

@@ -16,6 +16,7 @@ mod design;
 mod filter;
 mod front;
 mod interpolation;
+mod marks;
 mod mechanism;
 mod passive;
 mod problem;
@@ -80,16 +81,16 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
     let solver = LinearSolver::direct(&problem.system)?;
     let analysis = Analysis::new(&problem, solver);
     let way = match config.method {
-        Method::Simp => Way::Simp(Simp::new(&config, &problem)?),
-        Method::LevelSet => Way::LevelSet(Front::new(&config, &problem)?),
+        Method::Simp => Way::Simp(Box::new(Simp::new(&config, &problem)?)),
+        Method::LevelSet => Way::LevelSet(Box::new(Front::new(&config, &problem)?)),
     };
     Ok(Box::new(TopOpt { config, problem, analysis, way, notes, done: 0 }))
 }
 
 /// The two methods behind one door.
 enum Way {
-    Simp(Simp),
-    LevelSet(Front),
+    Simp(Box<Simp>),
+    LevelSet(Box<Front>),
 }
 
 impl Way {

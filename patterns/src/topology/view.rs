@@ -1,6 +1,6 @@
 //! Pictures, curves and outlines of a design.
 
-use super::problem::Problem;
+use super::{marks, problem::Problem};
 use crate::{Artifact, Colors, Image};
 use solvers::{
     Field,
@@ -45,7 +45,7 @@ pub(super) fn phi(density: &Field) -> Field {
 /// Everything that is drawn or saved.
 pub(super) fn artifacts(problem: &Problem, density: &Field) -> Vec<Artifact> {
     let mut artifacts = vec![
-        Artifact::Image(ink(density.clone())),
+        Artifact::Drawing { image: ink(density.clone()), strokes: marks::strokes(problem) },
         Artifact::Image(Image {
             name: "density".into(),
             field: density.clone(),

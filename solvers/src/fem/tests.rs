@@ -43,7 +43,7 @@ fn elements_know_rigid_motions_and_uniform_strain() {
         }
         // u = x: strain xx = 1.
         let u: Vec<f64> = (0..element.unknowns())
-            .map(|n| if n % dim == 0 { (n / dim & 1) as f64 } else { 0.0 })
+            .map(|n| if n % dim == 0 { ((n / dim) & 1) as f64 } else { 0.0 })
             .collect();
         let stress = element.stress(&u);
         assert!((element.energy(&u, &u) - stress[0]).abs() < 1e-14);
