@@ -156,6 +156,21 @@ pub(super) fn signed(sign: f64, magnitude: f64) -> f64 {
     if sign == 0.0 { 0.0 } else { outward }
 }
 
+/// Replaces values by `square` with their signs.
+pub(super) struct Fill<'a> {
+    pub values: &'a mut [f64],
+    pub square: f64,
+}
+
+impl pulp::NullaryFnOnce for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.values.iter_mut().for_each(|value| *value = signed(*value, self.square));
+    }
+}
+
 /// Replaces signed squares (cells) by lengths; `far` stands for itself.
 pub(super) struct Roots<'a> {
     pub values: &'a mut [f64],
@@ -169,11 +184,23 @@ impl pulp::NullaryFnOnce for Roots<'_> {
 
     #[inline(always)]
     fn call(self) {
+        const GROUP: usize = 16;
         let square = self.far * self.far;
-        for value in self.values {
+        let replace = |value: &mut f64| {
             let found = value.abs();
             let root = if found < square { found.sqrt() } else { self.far };
             *value = signed(*value, root * self.spacing);
+        };
+        let mut groups = self.values.chunks_exact_mut(GROUP);
+        for group in &mut groups {
+            // Most of a narrow band's grid lies beyond it: roots cost as much as all the rest.
+            if group.iter().fold(false, |any, v| any | (v.abs() < square)) {
+                group.iter_mut().for_each(replace);
+            } else {
+                let far = self.far * self.spacing;
+                group.iter_mut().for_each(|value| *value = signed(*value, far));
+            }
         }
+        groups.into_remainder().iter_mut().for_each(replace);
     }
 }
