@@ -130,7 +130,7 @@ impl Redistance {
             arcs: vec![Arcs::new(); if lattice.plane() { tasks } else { 0 }],
             bins: Bins::default(),
             pieces: Pieces::default(),
-            lanes: [Lane::new(grid.len()), Lane::new(grid.len())],
+            lanes: [Lane::new(&lattice, false), Lane::new(&lattice, true)],
             lattice,
         })
     }
