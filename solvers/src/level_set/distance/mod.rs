@@ -156,7 +156,7 @@ impl Redistance {
     /// Finds the elements of the contour, tasks in parallel, in the order of the rows;
     /// false if some value is not finite.
     fn find_pieces(&mut self, phi: &[f64]) -> bool {
-        let Self { lattice, found, table, arcs, pieces, .. } = self;
+        let Self { lattice, found, table, arcs, pieces, band, .. } = self;
         let parallel = phi.len() >= PARALLEL_NODES;
         let width = if lattice.plane() { 2 * lattice.shape[2] * search::ROWS } else { 1 };
         let find = |(task, (found, table)): (usize, (&mut Found, &mut [u32]))| {
@@ -178,13 +178,19 @@ impl Redistance {
             arcs.iter_mut().enumerate().for_each(build);
         }
         pieces.clear();
+        let count = found.iter().map(|found| found.elements.len()).sum::<usize>()
+            + arcs.iter().map(|arcs| arcs.len()).sum::<usize>();
+        // Only sweeps need to know where to start.
+        let sweeps = !pays(lattice, count, *band);
         for found in found.iter() {
             for (m, &(element, nodes)) in found.elements.iter().enumerate() {
-                pieces.push(element, &nodes, found.shapes.get(m).copied());
+                let nodes = if sweeps { &nodes[..] } else { &[] };
+                pieces.push(element, nodes, found.shapes.get(m).copied());
             }
         }
         for &(element, cell) in arcs.iter().flatten() {
-            pieces.push(element, &lattice.corners(cell), None);
+            let corners = if sweeps { &lattice.corners(cell)[..] } else { &[] };
+            pieces.push(element, corners, None);
         }
         true
     }
@@ -194,7 +200,7 @@ impl Redistance {
         let Self { grid, lattice, band, pieces, lanes, bins, .. } = self;
         let parallel = phi.len() >= PARALLEL_NODES;
         let plane = lattice.plane();
-        let direct = plane && band.is_some_and(|band| pays(lattice, pieces, band));
+        let direct = pays(lattice, pieces.elements.len() - 1, *band);
         if plane {
             bins.fill(pieces, lattice);
         }
@@ -243,11 +249,12 @@ impl Redistance {
 /// Whether measuring all nodes within the band of each element costs less than sweeps, in
 /// units of one such measurement: sweeps cost 40 a node and 130 an element, as
 /// measured. Around a periodic grid an element reaches a node only once.
-fn pays(lattice: &Lattice, pieces: &Pieces, band: f64) -> bool {
+fn pays(lattice: &Lattice, elements: usize, band: Option<f64>) -> bool {
     let [_, ny, nx] = lattice.shape;
+    let Some(band) = band.filter(|_| lattice.plane()) else { return false };
     let fits = !lattice.periodic || band + 2.0 < nx.min(ny) as f64;
     let around = (2.0 * band + 2.0) * (2.0 * band + 2.0) - 130.0;
-    fits && pieces.elements.len() as f64 * around < 40.0 * (nx * ny) as f64
+    fits && elements as f64 * around < 40.0 * (nx * ny) as f64
 }
 
 /// Names the first value that is not finite.
