@@ -182,7 +182,7 @@ fn arc(a: End, b: End) -> Option<Element> {
     let length = (chord[0] * chord[0] + chord[1] * chord[1]).sqrt();
     let fits = first.abs() <= LEAN && last.abs() <= LEAN;
     (fits && same && 0.5 * curvature.abs() * length <= HALF_ANGLE)
-        .then(|| Element::arc(a.0, b.0, curvature, towards))
+        .then(|| Element::arc(a.0, b.0, curvature, towards).between([a.1.normal, b.1.normal]))
 }
 
 /// Moves an element from a cell's corner to its place in the plane.

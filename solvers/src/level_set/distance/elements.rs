@@ -17,6 +17,9 @@ pub(super) struct Element {
     pub extent: f64,
     /// The same for far nodes, that may not know of the next element.
     pub overlap: f64,
+    /// Tangent of the largest angle to the normal at which nodes may have their foot point
+    /// here; infinite where the contour ends or bends sharply.
+    pub fan: f64,
 }
 
 /// Symmetric tensor `[xx, yy, zz, xy, xz, yz]`, the derivative of the normal along the surface.
@@ -49,7 +52,8 @@ pub(super) fn square(across: f64, along: f64, curvature: f64, extent: f64) -> f6
 impl Element {
     /// A point without direction.
     pub(super) fn point(point: [f64; 3]) -> Self {
-        Self { point, normal: [1.0, 0.0, 0.0], curvature: 0.0, extent: 0.0, overlap: 0.0 }
+        let normal = [1.0, 0.0, 0.0];
+        Self { point, normal, curvature: 0.0, extent: 0.0, overlap: 0.0, fan: f64::INFINITY }
     }
 
     /// The arc from `a` to `b` in the plane, of a curvature whose positive sense is
@@ -72,12 +76,27 @@ impl Element {
         let sine = curvature * extent;
         if sine.abs() > HALF_ANGLE || sine == 0.0 {
             let normal = [n[0], n[1], 0.0];
-            return Self { point: middle, normal, curvature: 0.0, extent, overlap: extent };
+            return Self { normal, extent, overlap: extent, ..Self::point(middle) };
         }
         // The arc's middle stands off the chord's by its height.
         let height = sine * extent / (1.0 + (1.0 - sine * sine).sqrt());
         let point = [middle[0] + height * n[0], middle[1] + height * n[1], 0.0];
-        Self { point, normal: [n[0], n[1], 0.0], curvature, extent, overlap: extent }
+        let normal = [n[0], n[1], 0.0];
+        Self { normal, curvature, extent, overlap: extent, ..Self::point(point) }
+    }
+
+    /// Leaves nodes beyond the given normals at its ends to the elements next to it,
+    /// which share them.
+    pub(super) fn between(self, ends: [[f64; 2]; 2]) -> Self {
+        let [x, y, _] = self.normal;
+        let lean = ends.map(|n| {
+            let (sine, cosine) = ((n[0] * y - n[1] * x).abs(), n[0] * x + n[1] * y);
+            if cosine > 0.0 { sine / cosine } else { f64::INFINITY }
+        });
+        let sine = (self.curvature * self.extent).abs();
+        let own = sine / (1.0 - sine * sine).sqrt();
+        // Round-off may open no gap between neighbours.
+        Self { fan: lean[0].max(lean[1]).max(own) + 1e-6, ..self }
     }
 
     /// Lets far nodes take the element as this long at least (half-length), where the

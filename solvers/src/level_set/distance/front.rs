@@ -1,5 +1,10 @@
 //! What the nodes of a row or plane know of the elements, passed on in wide registers.
 
+/// Nodes this far (cells) outside the cone of a direction still pass on what they know. The
+/// way to a node keeps its distance from the cone's edge up to a cell, and an
+/// element may be a cell away from the nodes that know it from the start.
+const SLACK: f32 = 2.0;
+
 /// What the nodes of one row or plane know: element, its position, its squared distance.
 #[derive(Default)]
 pub(super) struct Front {
@@ -36,64 +41,90 @@ impl Front {
         self.known.resize(rows, (usize::MAX, 0));
     }
 
-    /// Clears what row `b` knew two steps ago, and its padding.
-    pub(super) fn forget(&mut self, b: usize, width: usize, reach: f32) {
-        let (low, high) = self.known[b];
-        let row = b * width;
-        let ranges =
-            [(row, row + 1), (row + low.min(high), row + high), (row + width - 1, row + width)];
-        for (low, high) in ranges {
-            self.element[low..high].fill(0);
-            self.distance[low..high].fill(reach);
-            self.at.iter_mut().for_each(|at| at[low..high].fill(f32::INFINITY));
+    /// Clears what row `b` knew two steps ago, up to the range `[low, high)`, and its padding.
+    fn forget(&mut self, b: usize, width: usize, reach: f32, [low, high]: [usize; 2]) {
+        let (first, last) = self.known[b];
+        self.clear(b * width..b * width + 1, reach);
+        self.clear((b + 1) * width - 1..(b + 1) * width, reach);
+        if first < last {
+            self.clear(b * width + first..b * width + low.clamp(first, last), reach);
+            self.clear(b * width + high.clamp(first, last)..b * width + last, reach);
         }
         self.known[b] = (usize::MAX, 0);
     }
 
-    /// Offers row `from` of the previous front, and its neighbours one to the side, to row `b`.
+    fn clear(&mut self, range: std::ops::Range<usize>, reach: f32) {
+        self.element[range.clone()].fill(0);
+        self.distance[range.clone()].fill(reach);
+        self.at.iter_mut().for_each(|at| at[range.clone()].fill(f32::INFINITY));
+    }
+
+    /// Offers the rows `from` of the previous front, and their neighbours one to the side,
+    /// to row `b`, which forgets what it knew. `S`: several rows; else one.
     pub(super) fn pull<const P: bool, const S: bool>(
         &mut self,
         before: &Self,
-        [b, from, width]: [usize; 3],
-        place: [f32; 2],
-        period: [f32; 3],
+        [b, width]: [usize; 2],
+        from: impl Iterator<Item = usize>,
+        step: &Step,
     ) {
-        let (low, high) = before.known[from];
-        if low >= high {
-            return;
+        if S {
+            self.forget(b, width, step.reach, [0, 0]);
         }
-        // Padded positions that some known node touches.
-        let (low, high) = ((low - 1).max(1), (high + 1).min(width - 1));
-        let known = &mut self.known[b];
-        *known = (known.0.min(low), known.1.max(high));
-        let target = b * width + low..b * width + high;
-        let source = from * width + low - 1..from * width + high + 1;
-        let [ta, tb, tc] = &mut self.at;
-        let [sa, sb, sc] = &before.at;
-        pulp::Arch::new().dispatch(Pull::<P, S> {
-            first: (low - 1) as i32,
-            place,
-            period,
-            source: (
-                &before.element[source.clone()],
-                [&sa[source.clone()], &sb[source.clone()], &sc[source]],
-            ),
-            target: (
-                &mut self.element[target.clone()],
-                &mut self.distance[target.clone()],
-                [&mut ta[target.clone()], &mut tb[target.clone()], &mut tc[target]],
-            ),
-        });
+        for from in from {
+            let (low, high) = before.known[from];
+            // Padded positions that some known node touches.
+            let [low, high] = match low < high {
+                true => [(low - 1).max(1), (high + 1).min(width - 1)],
+                false => [0, 0],
+            };
+            if !S {
+                self.forget(b, width, step.reach, [low, high]);
+            }
+            if low >= high {
+                continue;
+            }
+            let known = &mut self.known[b];
+            *known = (known.0.min(low), known.1.max(high));
+            let target = b * width + low..b * width + high;
+            let source = from * width + low - 1..from * width + high + 1;
+            let [ta, tb, tc] = &mut self.at;
+            let [sa, sb, sc] = &before.at;
+            pulp::Arch::new().dispatch(Pull::<P, S> {
+                first: (low - 1) as i32,
+                place: [step.place, b as f32],
+                step,
+                source: (
+                    &before.element[source.clone()],
+                    [&sa[source.clone()], &sb[source.clone()], &sc[source]],
+                ),
+                target: (
+                    &mut self.element[target.clone()],
+                    &mut self.distance[target.clone()],
+                    [&mut ta[target.clone()], &mut tb[target.clone()], &mut tc[target]],
+                ),
+            });
+        }
     }
 
-    /// Narrows the known range of row `b`: near a band's edge nodes fall out of reach.
-    pub(super) fn trim(&mut self, b: usize, width: usize) {
+    /// Narrows the known range of row `b` to nodes within reach and, but for [`SLACK`], within
+    /// the cone of the direction: the others learn of their elements from other directions.
+    pub(super) fn trim<const P: bool>(&mut self, b: usize, width: usize, step: &Step) {
         let (mut low, mut high) = self.known[b];
-        while low < high && self.element[b * width + low] == 0 {
+        let useless = |front: &Self, m: usize| {
+            let n = b * width + m;
+            let ahead = apart::<P>(step.place - front.at[0][n], step.period[0]).abs();
+            let aside = apart::<P>((m - 1) as f32 - front.at[2][n], step.period[2]).abs();
+            // Unknown elements are infinitely far, which makes NaN.
+            front.element[n] == 0 || aside > ahead + SLACK
+        };
+        while low < high && useless(self, low) {
+            self.clear(b * width + low..b * width + low + 1, step.reach);
             low += 1;
         }
-        while high > low && self.element[b * width + high - 1] == 0 {
+        while high > low && useless(self, high - 1) {
             high -= 1;
+            self.clear(b * width + high..b * width + high + 1, step.reach);
         }
         self.known[b] = if low < high { (low, high) } else { (usize::MAX, 0) };
     }
@@ -113,26 +144,44 @@ impl Front {
         }
     }
 
-    /// Keeps in the lane's row what row `b` knows better.
-    pub(super) fn keep(&self, b: usize, width: usize, element: &mut [u32], distance: &mut [f32]) {
+    /// Keeps in the lane's row what row `b` knows better, or all of it if the lane is `fresh`.
+    pub(super) fn keep(
+        &self,
+        b: usize,
+        width: usize,
+        fresh: bool,
+        (element, distance): (&mut [u32], &mut [f32]),
+    ) {
+        let (se, sd) = (&self.element[b * width..][..width], &self.distance[b * width..][..width]);
         let (low, high) = self.known[b];
-        if low >= high {
-            return;
+        if fresh {
+            element.copy_from_slice(&se[1..width - 1]);
+            distance.copy_from_slice(&sd[1..width - 1]);
+        } else if low < high {
+            let lane = low - 1..high - 1;
+            let (te, td) = (&mut element[lane.clone()], &mut distance[lane]);
+            pulp::Arch::new().dispatch(Keep { se: &se[low..high], sd: &sd[low..high], te, td });
         }
-        let n = high - low;
-        let (se, sd) =
-            (&self.element[b * width + low..][..n], &self.distance[b * width + low..][..n]);
-        let (te, td) = (&mut element[low - 1..][..n], &mut distance[low - 1..][..n]);
-        pulp::Arch::new().dispatch(Keep { se, sd, te, td });
     }
+}
+
+/// What all nodes of a step share.
+pub(super) struct Step {
+    /// Place on the axis of travel.
+    pub place: f32,
+    /// Along the axis of travel, the slow and the fast axis of the front.
+    pub period: [f32; 3],
+    /// Squared distance at which nothing is known.
+    pub reach: f32,
 }
 
 /// The inner loop of [`Front::pull`]: `n` targets, `n + 2` sources that start one before them.
 struct Pull<'a, const P: bool, const S: bool> {
     /// Place of the first target on the fast axis.
     first: i32,
+    /// On the axis of travel and the slow one.
     place: [f32; 2],
-    period: [f32; 3],
+    step: &'a Step,
     source: (&'a [u32], [&'a [f32]; 3]),
     target: (&'a mut [u32], &'a mut [f32], [&'a mut [f32]; 3]),
 }
@@ -142,18 +191,14 @@ impl<const P: bool, const S: bool> pulp::NullaryFnOnce for Pull<'_, P, S> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { first, place, period, source: (se, [sa, sb, sc]), target } = self;
+        let Self { first, place, step, source: (se, [sa, sb, sc]), target } = self;
         let (te, td, [ta, tb, tc]) = target;
-        let n = te.len();
-        for side in [1, 0, 2] {
-            let (se, sa, sb, sc) =
-                (&se[side..][..n], &sa[side..][..n], &sb[side..][..n], &sc[side..][..n]);
-            offer::<P, S>(te, td, ta, tb, tc, se, sa, sb, sc, first, place, period);
-        }
+        offer::<P, S>(te, td, ta, tb, tc, se, sa, sb, sc, first, place, step);
     }
 }
 
-/// Offers each target one source. Arguments of their own, not fields of a struct,
+/// Offers each target the source before it and that one's neighbours. `S`: the targets
+/// know something already. Arguments of their own, not fields of a struct,
 /// tell the compiler that the slices do not overlap, so that it fills wide registers.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "see above")]
@@ -169,29 +214,75 @@ fn offer<const P: bool, const S: bool>(
     sc: &[f32],
     first: i32,
     place: [f32; 2],
-    period: [f32; 3],
+    step: &Step,
 ) {
+    let (period, reach) = (step.period, step.reach);
     let n = te.len();
     let (td, ta, tb, tc) = (&mut td[..n], &mut ta[..n], &mut tb[..n], &mut tc[..n]);
-    let (se, sa, sb, sc) = (&se[..n], &sa[..n], &sb[..n], &sc[..n]);
+    let ahead = Row { e: &se[1..][..n], a: &sa[1..][..n], b: &sb[1..][..n], c: &sc[1..][..n] };
+    let left = Row { e: &se[..n], a: &sa[..n], b: &sb[..n], c: &sc[..n] };
+    let right = Row { e: &se[2..][..n], a: &sa[2..][..n], b: &sb[2..][..n], c: &sc[2..][..n] };
     for i in 0..n {
-        let (e, a, c) = (se[i], sa[i], sc[i]);
-        let wa = apart::<P>(place[0] - a, period[0]);
-        let wc = apart::<P>((first + i as i32) as f32 - c, period[2]);
-        let mut d = wa * wa + wc * wc;
+        let at = [place[0], place[1], (first + i as i32) as f32];
+        let known = match S {
+            true => Site { d: td[i], e: te[i], a: ta[i], b: tb[i], c: tc[i] },
+            false => Site { d: reach, e: 0, a: f32::INFINITY, b: 0.0, c: f32::INFINITY },
+        };
+        let candidates = [
+            ahead.site::<P, S>(i, at, period),
+            left.site::<P, S>(i, at, period),
+            right.site::<P, S>(i, at, period),
+        ];
+        let best = known.or(candidates[0]).or(candidates[1]).or(candidates[2]);
+        (td[i], te[i], ta[i], tc[i]) = (best.d, best.e, best.a, best.c);
         if S {
-            let wb = apart::<P>(place[1] - sb[i], period[1]);
-            d += wb * wb;
+            tb[i] = best.b;
         }
-        let (old_d, old_e, old_a, old_c) = (td[i], te[i], ta[i], tc[i]);
-        let closer = d < old_d;
-        td[i] = if closer { d } else { old_d };
-        te[i] = if closer { e } else { old_e };
-        ta[i] = if closer { a } else { old_a };
-        tc[i] = if closer { c } else { old_c };
-        if S {
-            let (b, old_b) = (sb[i], tb[i]);
-            tb[i] = if closer { b } else { old_b };
+    }
+}
+
+/// Elements of a stretch of nodes, and where they sit.
+struct Row<'a> {
+    e: &'a [u32],
+    a: &'a [f32],
+    b: &'a [f32],
+    c: &'a [f32],
+}
+
+/// An element, its squared distance and position.
+#[derive(Clone, Copy)]
+struct Site {
+    d: f32,
+    e: u32,
+    a: f32,
+    b: f32,
+    c: f32,
+}
+
+impl Row<'_> {
+    /// The element of node `i`, as seen from `at`.
+    #[inline(always)]
+    fn site<const P: bool, const S: bool>(&self, i: usize, at: [f32; 3], period: [f32; 3]) -> Site {
+        let (e, a, c) = (self.e[i], self.a[i], self.c[i]);
+        let b = if S { self.b[i] } else { 0.0 };
+        let wa = apart::<P>(at[0] - a, period[0]);
+        let wc = apart::<P>(at[2] - c, period[2]);
+        let wb = if S { apart::<P>(at[1] - b, period[1]) } else { 0.0 };
+        Site { d: wa * wa + wc * wc + wb * wb, e, a, b, c }
+    }
+}
+
+impl Site {
+    /// The nearer of two.
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        let closer = other.d < self.d;
+        Self {
+            d: if closer { other.d } else { self.d },
+            e: if closer { other.e } else { self.e },
+            a: if closer { other.a } else { self.a },
+            b: if closer { other.b } else { self.b },
+            c: if closer { other.c } else { self.c },
         }
     }
 }
@@ -207,17 +298,16 @@ struct Keep<'a> {
 impl pulp::NullaryFnOnce for Keep<'_> {
     type Output = ();
 
+    /// Bit masks: a value that may stay as it is would be compiled to a branch.
     #[inline(always)]
     fn call(self) {
-        let n = self.se.len();
-        let (se, sd) = (&self.se[..n], &self.sd[..n]);
-        let (te, td) = (&mut self.te[..n], &mut self.td[..n]);
+        let Self { se, sd, te, td } = self;
+        let n = se.len();
+        let (sd, te, td) = (&sd[..n], &mut te[..n], &mut td[..n]);
         for i in 0..n {
-            let (e, d) = (se[i], sd[i]);
-            let (old_e, old_d) = (te[i], td[i]);
-            let closer = d < old_d;
-            td[i] = if closer { d } else { old_d };
-            te[i] = if closer { e } else { old_e };
+            let closer = u32::from(sd[i] < td[i]).wrapping_neg();
+            te[i] = (se[i] & closer) | (te[i] & !closer);
+            td[i] = if sd[i] < td[i] { sd[i] } else { td[i] };
         }
     }
 }

@@ -1,31 +1,24 @@
 //! The squared distance from every node to the element that the sweeps found.
 
 use super::elements::square;
-use super::sweep::Lane;
+use super::sweep::{Lane, column_stride};
 use super::{Lattice, Pieces};
 
-/// Rows and columns of a tile: the lane of the x axis is stored across the rows.
-const ROWS: usize = 16;
-const COLUMNS: usize = 64;
+/// Rows and columns of a tile: the lane of the x axis is stored across the rows, and
+/// fetched by two cache lines at a time.
+const ROWS: usize = 32;
+const COLUMNS: usize = 128;
 
 /// Signs from the field, magnitudes from the elements.
 pub(super) struct Finish<'a> {
     pub lattice: &'a Lattice,
     pub pieces: &'a Pieces,
-    /// Finds stored `[z][y][x]` and `[x][z][y]`.
+    /// Finds along y and z, and along x.
     pub lanes: &'a [Lane; 2],
     /// Squared distance where no element is known (cells).
     pub far: f64,
     /// Squared distance below which `far` is written, for others to measure (cells).
     pub near: f64,
-}
-
-/// Elements of the nodes in a stretch of a row, as each node sees them.
-struct Stretch {
-    across: [f64; COLUMNS],
-    along: [f64; COLUMNS],
-    curvature: [f64; COLUMNS],
-    extent: [f64; COLUMNS],
 }
 
 impl Finish<'_> {
@@ -35,67 +28,37 @@ impl Finish<'_> {
         let (mut row, mut rest) = (first, values);
         while !rest.is_empty() {
             // A tile lies within one plane.
-            let rows = ROWS.min(ny - row % ny).min(rest.len() / nx);
+            let j = row % ny;
+            let rows = ROWS.min(ny - j).min(rest.len() / nx);
             let (tile, after) = rest.split_at_mut(rows * nx);
-            self.tile_row(row / ny, row % ny, tile);
+            self.tile_row(row / ny, j, tile);
             (row, rest) = (row + rows, after);
         }
     }
 
     /// Up to `ROWS` rows from `j0` on, tile by tile.
     fn tile_row(&self, k: usize, j0: usize, values: &mut [f64]) {
-        let [nz, ny, nx] = self.lattice.shape;
-        let [yz, x] = self.lanes;
+        let nx = self.lattice.shape[2];
         let rows = values.len() / nx;
         let arch = pulp::Arch::new();
-        let mut elements = [[0_u32; COLUMNS]; ROWS];
-        let mut turned = [([0_u32; ROWS], [0.0_f32; ROWS]); COLUMNS];
-        let mut stretch = Stretch {
-            across: [0.0; COLUMNS],
-            along: [0.0; COLUMNS],
-            curvature: [0.0; COLUMNS],
-            extent: [0.0; COLUMNS],
-        };
+        let mut tile =
+            Tile { elements: [[0; COLUMNS]; ROWS], columns: [([0; ROWS], [0.0; ROWS]); COLUMNS] };
         for i0 in (0..nx).step_by(COLUMNS) {
             let columns = COLUMNS.min(nx - i0);
-            for (c, turned) in turned.iter_mut().enumerate().take(columns) {
-                let first = ((i0 + c) * nz + k) * ny + j0;
-                turned.0[..rows].copy_from_slice(&x.element[first..][..rows]);
-                turned.1[..rows].copy_from_slice(&x.distance[first..][..rows]);
-            }
-            for (r, elements) in elements.iter_mut().enumerate().take(rows) {
-                let n = (k * ny + j0 + r) * nx + i0;
-                let straight = yz.element[n..][..columns].iter().zip(&yz.distance[n..]);
-                for ((element, turned), (&other, &shorter)) in
-                    elements.iter_mut().zip(&turned).zip(straight)
-                {
-                    let found = turned.0[r];
-                    *element = if turned.1[r] < shorter { found } else { other };
-                }
-            }
-            for (r, elements) in elements[..rows].iter().enumerate() {
+            let size = [rows, columns];
+            arch.dispatch(Choose { finish: self, tile: &mut tile, first: [k, j0, i0], size });
+            for (r, elements) in tile.elements[..rows].iter().enumerate() {
                 let values = &mut values[r * nx + i0..][..columns];
-                if elements[..columns].iter().all(|&number| number == 0) {
+                let elements = &elements[..columns];
+                if elements.iter().all(|&number| number == 0) {
                     values.iter_mut().for_each(|value| *value = signed(*value, self.far));
                 } else if self.lattice.plane() {
-                    self.gather([j0 + r, i0], &elements[..columns], &mut stretch);
-                    let (far, near) = (self.far, self.near);
-                    arch.dispatch(Squares { s: &stretch, values, far, near });
+                    let first = [j0 + r, i0];
+                    arch.dispatch(Squares { finish: self, elements, first, values });
                 } else {
                     self.in_space([k, j0 + r, i0], elements, values);
                 }
             }
-        }
-    }
-
-    fn gather(&self, [j, i0]: [usize; 2], elements: &[u32], s: &mut Stretch) {
-        for (c, &number) in elements.iter().enumerate() {
-            let e = &self.pieces.elements[number as usize];
-            let [x, y, _] = self.offset([0, j, i0 + c], e.point);
-            s.across[c] = x * e.normal[0] + y * e.normal[1];
-            s.along[c] = y * e.normal[0] - x * e.normal[1];
-            s.curvature[c] = e.curvature;
-            s.extent[c] = e.overlap;
         }
     }
 
@@ -112,7 +75,7 @@ impl Finish<'_> {
         w
     }
 
-    fn in_space(&self, [k, j, i0]: [usize; 3], elements: &[u32; COLUMNS], values: &mut [f64]) {
+    fn in_space(&self, [k, j, i0]: [usize; 3], elements: &[u32], values: &mut [f64]) {
         for (c, (value, &number)) in values.iter_mut().zip(elements).enumerate() {
             let mut found = self.far;
             if number != 0 {
@@ -126,22 +89,83 @@ impl Finish<'_> {
     }
 }
 
-/// The squared distances of a stretch of plane values.
-struct Squares<'a> {
-    s: &'a Stretch,
-    values: &'a mut [f64],
-    far: f64,
-    near: f64,
+/// Elements of the nodes of a tile, and the finds along x that they are chosen from.
+struct Tile {
+    elements: [[u32; COLUMNS]; ROWS],
+    columns: [([u32; ROWS], [f32; ROWS]); COLUMNS],
 }
 
-impl pulp::NullaryFnOnce for Squares<'_> {
+/// Of the finds along y and z and those along x the nearer.
+struct Choose<'a, 'b> {
+    finish: &'a Finish<'b>,
+    tile: &'a mut Tile,
+    first: [usize; 3],
+    /// Rows and columns.
+    size: [usize; 2],
+}
+
+impl pulp::NullaryFnOnce for Choose<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { s, values, far, near } = self;
+        let Self { finish: Finish { lattice, lanes: [yz, x], .. }, tile, first, size } = self;
+        let ([nz, ny, nx], [k, j0, i0], [rows, columns]) = (lattice.shape, first, size);
+        let Tile { elements, columns: turned } = tile;
+        let stride = column_stride(ny);
+        // Far apart in memory: nothing but loads, so that many are under way at once.
+        for (c, turned) in turned[..columns].iter_mut().enumerate() {
+            let first = ((i0 + c) * nz + k) * stride + j0;
+            let (e, d) = (&x.element[first..][..rows], &x.distance[first..][..rows]);
+            if rows == ROWS {
+                turned.0.copy_from_slice(&e[..ROWS]);
+                turned.1.copy_from_slice(&d[..ROWS]);
+            } else {
+                turned.0[..rows].copy_from_slice(e);
+                turned.1[..rows].copy_from_slice(d);
+            }
+        }
+        for (r, elements) in elements[..rows].iter_mut().enumerate() {
+            let n = (k * ny + j0 + r) * nx + i0;
+            let straight = yz.element[n..][..columns].iter().zip(&yz.distance[n..][..columns]);
+            for ((element, turned), (&se, &sd)) in elements.iter_mut().zip(&*turned).zip(straight) {
+                // No branch: which axis knows better is hard to predict.
+                let closer = u32::from(turned.1[r] < sd).wrapping_neg();
+                *element = (turned.0[r] & closer) | (se & !closer);
+            }
+        }
+    }
+}
+
+/// The squared distances of a stretch of plane values.
+struct Squares<'a, 'b> {
+    finish: &'a Finish<'b>,
+    elements: &'a [u32],
+    /// Node of the first value.
+    first: [usize; 2],
+    values: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for Squares<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { finish, elements, first: [j, i0], values } = self;
+        let (far, near) = (finish.far, finish.near);
+        // Elements as each node sees them: across, along, curvature, extent.
+        let mut seen = [[0.0; COLUMNS]; 4];
+        let [across, along, curvature, extent] = &mut seen;
+        for (c, &number) in elements.iter().enumerate().take(COLUMNS) {
+            let e = &finish.pieces.elements[number as usize];
+            let [x, y, _] = finish.offset([0, j, i0 + c], e.point);
+            across[c] = x * e.normal[0] + y * e.normal[1];
+            along[c] = y * e.normal[0] - x * e.normal[1];
+            curvature[c] = e.curvature;
+            extent[c] = e.overlap;
+        }
         for (c, value) in values.iter_mut().enumerate().take(COLUMNS) {
-            let found = square(s.across[c], s.along[c], s.curvature[c], s.extent[c]);
+            let found = square(across[c], along[c], curvature[c], extent[c]);
             // Unknown elements are infinitely far: the comparison fails for inf and NaN.
             let known = (found < far) & (found >= near);
             *value = signed(*value, if known { found } else { far });
@@ -154,6 +178,21 @@ impl pulp::NullaryFnOnce for Squares<'_> {
 pub(super) fn signed(sign: f64, magnitude: f64) -> f64 {
     let outward = if sign < 0.0 { -magnitude } else { magnitude };
     if sign == 0.0 { 0.0 } else { outward }
+}
+
+/// Replaces values by `square` with their signs.
+pub(super) struct Fill<'a> {
+    pub values: &'a mut [f64],
+    pub square: f64,
+}
+
+impl pulp::NullaryFnOnce for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.values.iter_mut().for_each(|value| *value = signed(*value, self.square));
+    }
 }
 
 /// Replaces signed squares (cells) by lengths; `far` stands for itself.
@@ -169,11 +208,25 @@ impl pulp::NullaryFnOnce for Roots<'_> {
 
     #[inline(always)]
     fn call(self) {
+        const GROUP: usize = 16;
         let square = self.far * self.far;
-        for value in self.values {
+        let replace = |value: &mut f64| {
             let found = value.abs();
-            let root = if found < square { found.sqrt() } else { self.far };
+            // The root of all: a root under a condition does not fill wide registers.
+            let root = if found < square { found } else { square }.sqrt();
+            let root = if found < square { root } else { self.far };
             *value = signed(*value, root * self.spacing);
+        };
+        let mut groups = self.values.chunks_exact_mut(GROUP);
+        for group in &mut groups {
+            // Most of a narrow band's grid lies beyond it: roots cost as much as all the rest.
+            if group.iter().fold(false, |any, v| any | (v.abs() < square)) {
+                group.iter_mut().for_each(replace);
+            } else {
+                let far = self.far * self.spacing;
+                group.iter_mut().for_each(|value| *value = signed(*value, far));
+            }
         }
+        groups.into_remainder().iter_mut().for_each(replace);
     }
 }

@@ -7,7 +7,7 @@ use super::{Lattice, Pieces};
 pub(super) const ROWS: usize = 32;
 
 /// Nodes measured at once.
-const LANES: usize = 8;
+const LANES: usize = 4;
 
 /// Numbers of the elements, sorted by the bin of their row.
 #[derive(Default)]
@@ -72,10 +72,11 @@ impl pulp::NullaryFnOnce for Scatter<'_> {
             for bin in low.max(0.0) as usize / ROWS..last {
                 for &number in self.bins.of(bin) {
                     let element = &self.elements[number as usize];
+                    let strip = Strip::new(element, self.reach);
                     for &around in images {
                         let point =
                             [element.point[0] + around * nx as f64, element.point[1] + shift];
-                        any |= lower(element, point, self.reach, self.first, nx, self.values);
+                        any |= lower(element, &strip, point, self.first, nx, self.values);
                     }
                 }
             }
@@ -84,34 +85,77 @@ impl pulp::NullaryFnOnce for Scatter<'_> {
     }
 }
 
+/// The rectangle around an element, along its normal and tangent, in which its foot points' nodes lie
+/// up to some reach; the nodes of a row within it and within a circle's square.
+struct Strip {
+    /// Largest offset of a node along x and y.
+    out: [f64; 2],
+    /// For the tangent and the normal: the sides' shift along x from row to row, and half
+    /// the distance of two sides along x.
+    sides: [[f64; 2]; 2],
+}
+
+impl Strip {
+    #[inline(always)]
+    fn new(e: &Element, reach: f64) -> Self {
+        // No division by 0; a shift this large does not limit any row.
+        let [x, y] = [e.normal[0], e.normal[1]].map(|n| if n.abs() < 1e-9 { 1e-9 } else { n });
+        // The ends stand this far from the middle.
+        let depth = 0.5 * e.curvature.abs() * e.extent * e.extent;
+        let across = reach + depth;
+        let wide = e.extent + (e.fan * across).min(reach);
+        let (dx, dy) = (x.abs(), y.abs());
+        let square = [dy * e.extent + dx * depth + reach, dx * e.extent + dy * depth + reach];
+        let turned = [dy * wide + dx * across, dx * wide + dy * across];
+        let out = [square[0].min(turned[0]), square[1].min(turned[1])];
+        Self { out, sides: [[x / y, wide / dy], [-y / x, across / dx]] }
+    }
+
+    /// Offsets along x between which nodes of a row `dy` above the middle are wanted.
+    #[inline(always)]
+    fn row(&self, dy: f64) -> [f64; 2] {
+        let [[a, wide_a], [b, wide_b]] = self.sides;
+        let (a, b) = (a * dy, b * dy);
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
+        let smaller = |a: f64, b: f64| if a < b { a } else { b };
+        [
+            larger(-self.out[0], larger(a - wide_a, b - wide_b)),
+            smaller(self.out[0], smaller(a + wide_a, b + wide_b)),
+        ]
+    }
+}
+
 /// Lowers the values around one element, whose middle is `point`.
 #[inline(always)]
 fn lower(
     e: &Element,
+    strip: &Strip,
     point: [f64; 2],
-    reach: f64,
     first: usize,
     nx: usize,
     values: &mut [f64],
 ) -> bool {
     let rows = values.len() / nx;
     let (n, k, extent) = (e.normal, e.curvature, e.extent);
-    // The ends stand this far from the middle.
-    let depth = 0.5 * k.abs() * extent * extent;
-    let out = [n[1].abs() * extent + n[0].abs() * depth, n[0].abs() * extent + n[1].abs() * depth];
     let y = point[1] - first as f64;
-    let (low, high) = ((y - out[1] - reach).ceil(), (y + out[1] + reach).floor());
-    let (left, right) = ((point[0] - out[0] - reach).ceil(), (point[0] + out[0] + reach).floor());
+    let (low, high) = ((y - strip.out[1]).ceil(), (y + strip.out[1]).floor());
+    let [left, right] = [point[0] - strip.out[0], point[0] + strip.out[0]];
     if high < 0.0 || low >= rows as f64 || right < 0.0 || left >= nx as f64 {
         return false;
     }
     let (low, high) = (low.max(0.0) as usize, (high as usize + 1).min(rows));
-    let (left, right) = (left.max(0.0) as usize, (right as usize + 1).min(nx));
-    // Whole groups of lanes; farther nodes take no harm.
-    let width = (right - left).next_multiple_of(LANES).min(nx);
-    let left = left.min(nx - width);
     for row in low..high {
         let dy = row as f64 - y;
+        let [left, right] = strip.row(dy).map(|dx| point[0] + dx);
+        let (left, right) =
+            (left.ceil().max(0.0) as usize, (right.floor() + 1.0).max(0.0) as usize);
+        let right = right.min(nx);
+        if left >= right {
+            continue;
+        }
+        // Whole groups of lanes; farther nodes take no harm.
+        let width = (right - left).next_multiple_of(LANES).min(nx);
+        let left = left.min(nx - width);
         let dx = left as f64 - point[0];
         let (a, t) = (dx * n[0] + dy * n[1], dy * n[0] - dx * n[1]);
         let mut groups = values[row * nx + left..][..width].chunks_exact_mut(LANES);

@@ -7,6 +7,12 @@ use super::elements::{Element, Shape};
 /// Rows that one task searches.
 pub(super) const ROWS: usize = 32;
 
+/// Nodes of a row that are looked at together.
+const BLOCK: usize = 32;
+
+/// Values compared at once.
+const LANES: usize = 8;
+
 /// What a task found in its rows.
 #[derive(Default)]
 pub(super) struct Found {
@@ -16,6 +22,10 @@ pub(super) struct Found {
     pub elements: Vec<(Element, [[u32; 3]; 2])>,
     /// In space, the bends of the elements.
     pub shapes: Vec<Shape>,
+    /// Whether all values of its rows are finite.
+    pub finite: bool,
+    /// Signs of the blocks of a row and of the next ones along y and z.
+    signs: [Vec<i8>; 3],
 }
 
 /// Finds the crossings on the edges that start in the rows of `task`, and nodes at exactly 0.
@@ -32,6 +42,7 @@ pub(super) fn search(
     found.crossings.clear();
     found.elements.clear();
     found.shapes.clear();
+    found.finite = true;
     let [_, ny, nx] = lattice.shape;
     for row in task * ROWS..((task + 1) * ROWS).min(lattice.rows()) {
         let (k, j) = (row / ny, row % ny);
@@ -44,6 +55,9 @@ pub(super) fn search(
         };
         let entries = if lattice.plane() { 2 * nx } else { 0 };
         let table = &mut table[entries * (row - task * ROWS)..][..entries];
+        // The row above the last one is looked at already.
+        let known = row > task * ROWS && j > 0;
+        lines.scan(known, found);
         lines.search(phi, lattice, found, table);
     }
 }
@@ -57,19 +71,34 @@ struct Lines<'a> {
 }
 
 impl Lines<'_> {
+    /// Notes the signs of blocks of this row, if they are not `known` from above the last, and of the next ones.
+    fn scan(&self, known: bool, found: &mut Found) {
+        let arch = pulp::Arch::new();
+        let [here, above, behind] = &mut found.signs;
+        if known {
+            std::mem::swap(here, above);
+        } else {
+            found.finite &= arch.dispatch(Signs { line: self.here, signs: here });
+        }
+        for (line, signs) in [(self.above, above), (self.behind, behind)] {
+            if let Some(line) = line {
+                found.finite &= arch.dispatch(Signs { line, signs });
+            }
+        }
+    }
+
     fn search(&self, phi: &[f64], lattice: &Lattice, found: &mut Found, table: &mut [u32]) {
-        const BLOCK: usize = 32;
-        let Self { here, above, behind, .. } = *self;
-        let nx = here.len();
-        for first in (0..nx).step_by(BLOCK) {
-            let last = (first + BLOCK).min(nx);
-            let block = &here[first..last];
-            let beside = &here[(first + 1).min(nx)..(last + 1).min(nx)];
-            let seam = lattice.periodic && last == nx;
-            let quiet =
-                |other: Option<&[f64]>| other.is_none_or(|o| !differ(block, &o[first..last]));
-            let no_zero = !block.iter().fold(false, |any, &v| any | (v == 0.0));
-            if seam || !no_zero || differ(block, beside) || !quiet(above) || !quiet(behind) {
+        let nx = self.here.len();
+        for block in 0..nx.div_ceil(BLOCK) {
+            let (first, last) = (block * BLOCK, ((block + 1) * BLOCK).min(nx));
+            let [sign, above, behind] = found.signs.each_ref().map(|s| s.get(block).copied());
+            let same = |line: Option<&[f64]>, other| line.is_none() || other == sign;
+            let beside = if last < nx { Some(last) } else { lattice.periodic.then_some(0) };
+            let quiet = sign != Some(0)
+                && same(self.above, above)
+                && same(self.behind, behind)
+                && beside.is_none_or(|b| (self.here[b] < 0.0) == (sign == Some(-1)));
+            if !quiet {
                 (first..last).for_each(|i| self.node(phi, lattice, i, found, table));
             }
         }
@@ -111,8 +140,40 @@ impl Lines<'_> {
     }
 }
 
-/// Whether the signs of two slices differ anywhere, up to the shorter.
-#[inline(always)]
-fn differ(a: &[f64], b: &[f64]) -> bool {
-    a.iter().zip(b).fold(false, |any, (&a, &b)| any | ((a < 0.0) != (b < 0.0)))
+/// Notes for each block of a row 1 if all values are positive, -1 if all are negative,
+/// else 0, and tells whether all are finite.
+struct Signs<'a> {
+    line: &'a [f64],
+    signs: &'a mut Vec<i8>,
+}
+
+impl pulp::NullaryFnOnce for Signs<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn call(self) -> bool {
+        let (blocks, rest) = self.line.as_chunks::<BLOCK>();
+        // 0 times a number is 0, times NaN or an infinity NaN.
+        let mut zero = [0.0; LANES];
+        self.signs.clear();
+        for block in blocks {
+            let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+            for values in block.as_chunks::<LANES>().0 {
+                for m in 0..LANES {
+                    let v = values[m];
+                    low[m] = if v < low[m] { v } else { low[m] };
+                    high[m] = if v > high[m] { v } else { high[m] };
+                    zero[m] += 0.0 * v;
+                }
+            }
+            let low = low.into_iter().fold(f64::INFINITY, f64::min);
+            let high = high.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            self.signs.push(i8::from(low > 0.0) - i8::from(high < 0.0));
+        }
+        if !rest.is_empty() {
+            let all = |sign: f64| rest.iter().all(|v| v * sign > 0.0);
+            self.signs.push(i8::from(all(1.0)) - i8::from(all(-1.0)));
+        }
+        zero == [0.0; LANES] && rest.iter().all(|v| v.is_finite())
+    }
 }

@@ -9,7 +9,7 @@
 //! neighbour, so rows are worked on in wide registers.
 
 use super::Lattice;
-use super::front::{Front, apart};
+use super::front::{Front, Step, apart};
 
 /// Where elements sit and which nodes know them from the start.
 pub(super) struct Sites<'a> {
@@ -39,7 +39,10 @@ pub(super) struct Lane {
 }
 
 impl Lane {
-    pub(super) fn new(nodes: usize) -> Self {
+    /// For the finds along x, or along y and z.
+    pub(super) fn new(lattice: &Lattice, along_x: bool) -> Self {
+        let [nz, ny, nx] = lattice.shape;
+        let nodes = if along_x { nz * column_stride(ny) * nx } else { nz * ny * nx };
         Self {
             element: vec![0; nodes],
             distance: vec![0.0; nodes],
@@ -48,6 +51,13 @@ impl Lane {
             start: Vec::new(),
         }
     }
+}
+
+/// Distance between the columns of a plane in the lane of the x axis: an odd number of
+/// cache lines, as caches keep few places that are a power of two apart.
+pub(super) fn column_stride(ny: usize) -> usize {
+    const LINE: usize = 16;
+    (ny.div_ceil(LINE) | 1) * LINE
 }
 
 /// Order of the axes in a direction of travel, and where a front's rows lie in the lane.
@@ -64,8 +74,7 @@ impl Axes {
         let axes = [[0, 1, 2], [1, 0, 2], [2, 0, 1]][travel];
         let sizes = axes.map(|a| lattice.shape[a]);
         let strides = match travel {
-            // The lane of the x axis is stored [x][z][y].
-            2 => [sizes[1] * sizes[2], sizes[2]],
+            2 => [sizes[1] * column_stride(sizes[2]), column_stride(sizes[2])],
             _ => [lattice.strides[axes[0]], lattice.strides[axes[1]]],
         };
         Self { axes, sizes, strides }
@@ -73,32 +82,35 @@ impl Axes {
 }
 
 impl Sites<'_> {
-    /// Fills `lane` with the finds along x, stored `[x][z][y]`.
+    /// Fills `lane` with the finds along x, stored `[x][z][y]` with [`column_stride`].
     pub(super) fn sweep_x(&self, lane: &mut Lane) {
-        self.forget(lane);
-        self.sweep_axis(lane, 2);
+        self.sweep_axis(lane, 2, true);
     }
 
     /// Fills `lane` with the finds along y and z, stored `[z][y][x]`.
     pub(super) fn sweep_yz(&self, lane: &mut Lane) {
-        self.forget(lane);
-        (0..2).filter(|&axis| self.lattice.shape[axis] > 1).for_each(|a| self.sweep_axis(lane, a));
+        let mut fresh = true;
+        for axis in (0..2).filter(|&axis| self.lattice.shape[axis] > 1) {
+            self.sweep_axis(lane, axis, fresh);
+            fresh = false;
+        }
+        if fresh {
+            lane.element.fill(0);
+            lane.distance.fill(self.reach);
+        }
     }
 
-    fn forget(&self, lane: &mut Lane) {
-        lane.element.fill(0);
-        lane.distance.fill(self.reach);
-    }
-
-    fn sweep_axis(&self, lane: &mut Lane, travel: usize) {
+    /// Both directions of an axis; a `fresh` lane is written anew.
+    fn sweep_axis(&self, lane: &mut Lane, travel: usize, fresh: bool) {
         let axes = Axes::new(self.lattice, travel);
         self.sort_seeds(lane, travel);
         for rising in [true, false] {
+            let fresh = fresh && rising;
             match (self.lattice.periodic, axes.sizes[1] > 1) {
-                (false, false) => self.run::<false, false>(lane, &axes, rising),
-                (false, true) => self.run::<false, true>(lane, &axes, rising),
-                (true, false) => self.run::<true, false>(lane, &axes, rising),
-                (true, true) => self.run::<true, true>(lane, &axes, rising),
+                (false, false) => self.run::<false, false>(lane, &axes, rising, fresh),
+                (false, true) => self.run::<false, true>(lane, &axes, rising, fresh),
+                (true, false) => self.run::<true, false>(lane, &axes, rising, fresh),
+                (true, true) => self.run::<true, true>(lane, &axes, rising, fresh),
             }
         }
     }
@@ -120,43 +132,44 @@ impl Sites<'_> {
     }
 
     /// One direction. `P`: periodic; `S`: fronts are planes, not rows.
-    fn run<const P: bool, const S: bool>(&self, lane: &mut Lane, axes: &Axes, rising: bool) {
+    fn run<const P: bool, const S: bool>(
+        &self,
+        lane: &mut Lane,
+        axes: &Axes,
+        rising: bool,
+        fresh: bool,
+    ) {
         let [na, nb, nc] = axes.sizes;
         let width = nc + 2;
         lane.fronts.iter_mut().for_each(|front| front.reset(nb, width, self.reach));
         let period = axes.axes.map(|a| self.lattice.period[2 - a]);
         // A periodic way is half a period long at most.
         let steps = if P { na + na / 2 + 1 } else { na };
-        for step in 0..steps {
-            let a = if rising { step % na } else { na - 1 - step % na };
+        for number in 0..steps {
+            let a = if rising { number % na } else { na - 1 - number % na };
+            let step = Step { place: a as f32, period, reach: self.reach };
             let [before, front] = &mut lane.fronts;
             for b in 0..nb {
-                front.forget(b, width, self.reach);
-                let place = [a as f32, b as f32];
-                if S && (P || b > 0) {
-                    front.pull::<P, S>(before, [b, (b + nb - 1) % nb, width], place, period);
-                }
-                front.pull::<P, S>(before, [b, b, width], place, period);
-                if S && (P || b + 1 < nb) {
-                    front.pull::<P, S>(before, [b, (b + 1) % nb, width], place, period);
-                }
+                let beside = [
+                    b.checked_sub(1).or(P.then_some(nb - 1)),
+                    if b + 1 < nb { Some(b + 1) } else { P.then_some(0) },
+                ];
+                let [low, high] = beside.map(|b| b.filter(|_| S));
+                let from = low.into_iter().chain([b]).chain(high);
+                front.pull::<P, S>(before, [b, width], from, &step);
             }
             let seeds = lane.start[a] as usize..lane.start[a + 1] as usize;
             for seed in &lane.order[seeds] {
                 self.plant::<P>(front, axes, seed, period);
             }
             for b in 0..nb {
-                front.trim(b, width);
+                front.trim::<P>(b, width, &step);
                 if P {
                     front.close(b, width);
                 }
                 let row = a * axes.strides[0] + b * axes.strides[1];
-                front.keep(
-                    b,
-                    width,
-                    &mut lane.element[row..][..nc],
-                    &mut lane.distance[row..][..nc],
-                );
+                let to = (&mut lane.element[row..][..nc], &mut lane.distance[row..][..nc]);
+                front.keep(b, width, fresh && number < na, to);
             }
             lane.fronts.swap(0, 1);
         }
