@@ -146,7 +146,7 @@ pub(super) struct Helmholtz {
 impl Helmholtz {
     /// The filter as wide as a cone of `radius`: `r = radius / (2 sqrt 3)`.
     pub(super) fn new(grid: Grid, radius: f64) -> Result<Self> {
-        let lattice = Lattice::new(grid)?;
+        let lattice = Lattice::new(grid.axes())?;
         let nodes = lattice.node_count();
         let element = Element::screened_poisson(grid.dim(), radius / (2.0 * 3.0_f64.sqrt()))?;
         let system = System::new(lattice, element, vec![false; nodes], Vec::new())?;

@@ -43,7 +43,10 @@ use front::Front;
 use interpolation::Law;
 use problem::Problem;
 use simp::Simp;
-use solvers::{Field, fem::LinearSolver};
+use solvers::{
+    Field,
+    fem::{Choice, LinearSolver},
+};
 
 /// Registry entry.
 pub static MODEL: Model = Model {
@@ -77,14 +80,23 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
     let config: Config = crate::from_table(table)?;
     config.check()?;
     let mut problem = Problem::new(&config, context)?;
-    let notes = mechanism::hold(&mut problem)?;
-    let solver = LinearSolver::direct(&problem.system)?;
+    let mut notes = mechanism::hold(&mut problem)?;
+    let solver = LinearSolver::new(&problem.system, choice(&config))?;
+    notes.push(format!("{} unknowns, solved by {}", problem.system.unknowns(), solver.name()));
     let analysis = Analysis::new(&problem, solver);
     let way = match config.method {
         Method::Simp => Way::Simp(Box::new(Simp::new(&config, &problem)?)),
         Method::LevelSet => Way::LevelSet(Box::new(Front::new(&config, &problem)?)),
     };
     Ok(Box::new(TopOpt { config, problem, analysis, way, notes, done: 0 }))
+}
+
+fn choice(config: &Config) -> Choice {
+    match config.solver {
+        Solver::Auto => Choice::Auto,
+        Solver::Direct => Choice::Direct,
+        Solver::Multigrid => Choice::Multigrid,
+    }
 }
 
 /// The two methods behind one door.
@@ -130,7 +142,7 @@ impl TopOpt {
 
     /// Objective of densities, by a solver of its own: looking must not change the run.
     fn evaluate(&self, rho: &[f64], law: Law) -> Option<f64> {
-        let solver = LinearSolver::direct(&self.problem.system).ok()?;
+        let solver = LinearSolver::new(&self.problem.system, choice(&self.config)).ok()?;
         let mut analysis = Analysis::new(&self.problem, solver);
         analysis.solve(&self.problem, rho, law, FINAL_TOLERANCE).ok()?;
         let mut gradient = vec![0.0; rho.len()];

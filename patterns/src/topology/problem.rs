@@ -220,7 +220,7 @@ impl Problem {
         let grid = grid(problem)?;
         let bytes = if grid.dim() == 3 { 2600 } else { 1200 };
         crate::check_memory("problem.elements", grid, bytes, context)?;
-        let lattice = Lattice::new(grid)?;
+        let lattice = Lattice::new(grid.axes())?;
         let element = element(problem, grid.dim())?;
         let components = element.components();
         let builder = Builder { config, lattice, components };

@@ -1,6 +1,6 @@
 //! The mesh: a box of equal squares or cubes.
 
-use crate::{Error, Grid, Result};
+use crate::{Error, Result};
 
 /// A box of `nx` by `ny` (by `nz`) square or cubic elements of edge 1.
 ///
@@ -14,15 +14,32 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The mesh whose elements are the nodes of `grid`.
+    /// A mesh of `elements` along its axes, `[ny, nx]` or `[nz, ny, nx]`.
     ///
     /// # Errors
-    /// Unless the grid has 2 or 3 axes.
-    pub fn new(grid: Grid) -> Result<Self> {
-        if grid.dim() < 2 {
-            return Err(Error::out_of_range("axes of a mesh", grid.dim() as f64, "[2, 3]"));
+    /// Unless there are 2 or 3 axes of at least one element each and at most 2^30 elements.
+    pub fn new(elements: &[usize]) -> Result<Self> {
+        let dim = elements.len();
+        if !(2..=3).contains(&dim) {
+            return Err(Error::out_of_range("axes of a mesh", dim as f64, "[2, 3]"));
         }
-        Ok(Self { elements: grid.shape(), dim: grid.dim() })
+        let count: f64 = elements.iter().map(|&n| n as f64).product();
+        if count < 1.0 {
+            return Err(Error::Invalid(format!(
+                "mesh {elements:?} has an axis of 0 elements, expected at least 1"
+            )));
+        }
+        if count > f64::from(1 << 30) {
+            return Err(Error::TooLarge {
+                name: "mesh".into(),
+                shape: elements.to_vec(),
+                needed: format!("{count:.3e} elements"),
+                available: "room for 2^30 elements".into(),
+            });
+        }
+        let mut full = [1; 3];
+        full[3 - dim..].copy_from_slice(elements);
+        Ok(Self { elements: full, dim })
     }
 
     /// Number of axes, 2 or 3.
@@ -85,5 +102,28 @@ impl Lattice {
         std::array::from_fn(|a| {
             self.node([a & 1, a >> 1 & 1, if self.dim == 3 { a >> 2 } else { 0 }])
         })
+    }
+
+    /// How many elements a coarse element spans along z, y, x: an axis of one element
+    /// is kept, since stretching it further would only skew its shape functions.
+    pub(super) fn ratios(&self) -> [usize; 3] {
+        self.elements.map(|n| if n > 1 { 2 } else { 1 })
+    }
+
+    /// The mesh of elements twice the size; the last of an odd number is half outside.
+    pub(super) fn coarser(&self) -> Self {
+        Self { elements: self.elements.map(|n| n.div_ceil(2)), dim: self.dim }
+    }
+
+    /// `[k, j, i]` of an element.
+    pub(super) fn element(&self, index: usize) -> [usize; 3] {
+        let [_, ny, nx] = self.elements;
+        [index / (nx * ny), index / nx % ny, index % nx]
+    }
+
+    /// Flat index of an element, if it is inside.
+    pub(super) fn element_index(&self, [k, j, i]: [usize; 3]) -> Option<usize> {
+        let [nz, ny, nx] = self.elements;
+        (k < nz && j < ny && i < nx).then_some((k * ny + j) * nx + i)
     }
 }

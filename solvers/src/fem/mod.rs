@@ -14,6 +14,7 @@
 mod direct;
 mod element;
 mod lattice;
+pub mod multigrid;
 mod rigid;
 mod solver;
 mod system;
@@ -22,7 +23,7 @@ pub use direct::Direct;
 pub use element::{Elastic, Element, PlaneState};
 pub use lattice::Lattice;
 pub use rigid::{RigidMode, free_modes};
-pub use solver::{LinearSolver, SolveReport};
+pub use solver::{Choice, LinearSolver, SolveReport};
 pub use system::System;
 
 #[cfg(test)]

@@ -1,5 +1,4 @@
 use super::*;
-use crate::Grid;
 use std::f64::consts::PI;
 
 fn elastic(dim: usize) -> Element {
@@ -9,7 +8,7 @@ fn elastic(dim: usize) -> Element {
 }
 
 fn lattice(elements: &[usize]) -> Lattice {
-    Lattice::new(Grid::new(elements, 1.0).unwrap()).unwrap()
+    Lattice::new(elements).unwrap()
 }
 
 /// Entries of the 99-line program's element matrix (Sigmund 2001), E = 1, nu = 0.3.
