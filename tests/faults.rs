@@ -212,6 +212,46 @@ fn a_full_disk_leaves_nothing_behind() {
 }
 
 #[test]
+fn bad_structures() {
+    let lab = Lab::new();
+    lab.refuses(&["topopt"], &["--table", "--problem"]);
+    lab.refuses(&["topopt", "--table", "row-z"], &["row-z", "row-a"]);
+    lab.refuses(&["topopt", "--mbb", "60by20"], &["--mbb 60by20", "NXxNY"]);
+    lab.refuses(&["topopt", "--mbb", "0x20"], &["--mbb 0x20"]);
+    lab.refuses(&["topopt", "--mbb", "60x20", "--volume", "1.5"], &["--volume", "1.5", "(0, 1)"]);
+    lab.refuses(
+        &["topopt", "--mbb", "60x20", "--filter-radius", "0.2"],
+        &["--filter-radius", "0.2"],
+    );
+    lab.refuses(&["topopt", "--mbb", "60x20", "--projection", "8"], &["--projection", "density"]);
+    lab.refuses(&["topopt", "--table", "row-o"], &["row-o", "holds along y"]);
+    // Ten million elements in space need more than any small machine has.
+    lab.refuses(
+        &["topopt", "--table", "cantilever-3d", "--set", "problem.elements=[2000, 2000, 2000]"],
+        &["GiB"],
+    );
+    lab.write("bad.toml", b"volume = 0.5\n[problem]\nelements = [8, 4]\npoisson_ratio = 0.7\n");
+    lab.refuses(&["topopt", "--problem", "bad.toml"], &["bad.toml:4", "0.7"]);
+    lab.write("typo.toml", b"[problem]\nelement = [8, 4]\n");
+    lab.refuses(&["topopt", "--problem", "typo.toml"], &["typo.toml:2", "element"]);
+    lab.refuses(&["topopt", "--problem", "missing.toml"], &["missing.toml"]);
+    lab.write("nan.toml", b"[problem]\nelements = [8, 4]\nload = [{ node = [9, 5], force = [0.0, nan] }]\nsupport = [{ edge = 'left' }]\n");
+    lab.refuses(&["topopt", "--problem", "nan.toml"], &["nan.toml:3", "NaN"]);
+}
+
+/// A mechanism is named and drawn; no output folder is made.
+#[test]
+fn a_mechanism_is_drawn() {
+    let lab = Lab::new();
+    let output = lab.patterns(&["topopt", "--table", "row-f", "--as-printed", "--out", "x"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("rotate about node (61, 21)"), "{said}");
+    assert!(said.contains("x-mechanism.png") && !lab.path("x").exists(), "{said}");
+    assert!(image::open(lab.path("x-mechanism.png")).unwrap().width() > 200);
+}
+
+#[test]
 fn resuming_what_cannot_be_resumed() {
     let lab = Lab::new();
     lab.refuses(&["rd", "--resume", "nowhere"], &["nowhere", "run.json"]);

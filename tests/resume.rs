@@ -12,6 +12,9 @@ use std::{
 const RD: &[&str] = &["rd", "--spots", "--size", "96", "--iterations", "6000"];
 const LEVEL_SET: &[&str] = &["level-set", "--size", "256", "--iterations", "100"];
 
+const TOPOPT: &[&str] =
+    &["topopt", "--mbb", "150x50", "--filter-radius", "3", "--solver", "multigrid"];
+
 fn patterns(args: &[&str], out: &Path, more: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_patterns"));
     command.args(args).arg("--out").arg(out).args(more);
@@ -64,7 +67,7 @@ fn resume(out: &Path) {
 #[test]
 fn one_and_two_threads_write_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
-    for (n, args) in [RD, LEVEL_SET].into_iter().enumerate() {
+    for (n, args) in [RD, LEVEL_SET, TOPOPT].into_iter().enumerate() {
         let [one, two] = ["1", "2"].map(|threads| {
             let out = folder.path().join(format!("{n}-{threads}"));
             ok(&patterns(args, &out, &["--threads", threads]).output().unwrap());
@@ -77,7 +80,8 @@ fn one_and_two_threads_write_the_same_bytes() {
 #[test]
 fn a_killed_run_resumes_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
-    for (n, (args, every)) in [(RD, "700"), (LEVEL_SET, "7")].into_iter().enumerate() {
+    let runs = [(RD, "700"), (LEVEL_SET, "7"), (TOPOPT, "9")];
+    for (n, (args, every)) in runs.into_iter().enumerate() {
         let whole = folder.path().join(format!("whole-{n}"));
         ok(&patterns(args, &whole, &[]).output().unwrap());
         let killed = folder.path().join(format!("killed-{n}"));

@@ -9,14 +9,23 @@ use std::{
 
 /// Measure throughput, and the fraction of the machine's copy bandwidth that it is.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example: patterns bench --size 1024")]
+#[command(after_help = "Examples:\n  patterns bench --size 1024\n  patterns bench topopt --large")]
 pub(super) struct Args {
+    /// What: engines (explicit steps, signed distance) or topopt (topology optimization).
+    #[arg(value_name = "WHAT", default_value = "engines", value_parser = ["engines", "topopt"])]
+    what: String,
+    /// topopt: also 1000x1000 and 96x48x48 elements (minutes).
+    #[arg(long)]
+    large: bool,
     /// Cells along each side of the square, 16 to 8192.
     #[arg(long, value_name = "N", default_value_t = 1024)]
     size: usize,
 }
 
 pub(super) fn main(args: &Args) -> Result<ExitCode> {
+    if args.what == "topopt" {
+        return topopt(args.large);
+    }
     let n = args.size;
     if !(16..=8192).contains(&n) {
         bail!("--size {n} is outside its range [16, 8192]");
@@ -45,5 +54,23 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
         out,
         "\nsigned distance of a circle on {n} x {n} nodes: {one:.1} ms with 1 thread, {two:.1} with 2"
     )?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn topopt(large: bool) -> Result<ExitCode> {
+    let mut out = io::stdout().lock();
+    writeln!(out, "topology optimization, seconds per iteration")?;
+    for case in bench::topopt::cases(large) {
+        for threads in [1, 2] {
+            let cost = bench::topopt::measure(&case, threads)?;
+            let each = 1e6 * cost.cpu / cost.unknowns as f64;
+            writeln!(
+                out,
+                "{:32} {threads} threads: cpu {:.4} wall {:.4}, {each:.3} us per unknown, \
+                 memory {:.0} MiB",
+                case.name, cost.cpu, cost.wall, cost.memory
+            )?;
+        }
+    }
     Ok(ExitCode::SUCCESS)
 }

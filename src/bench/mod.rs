@@ -1,5 +1,7 @@
 //! Throughput of the engines, beside the machine's own copy bandwidth.
 
+pub mod topopt;
+
 use anyhow::{Context as _, Result};
 use patterns::reaction_diffusion::{
     kinetics,
