@@ -7,10 +7,10 @@
 
 mod level_set_support;
 
-use level_set_support::{
-    Read, area, contour, contour_error, distance, radius, run, scheme, unit, zalesak,
+use level_set_support::{Read, area, contour, contour_error, distance, radius, run, scheme, unit};
+use solvers::level_set::{
+    ConstantSpeed, CurvatureSpeed, FnAdvection, Order, Point, Scheme, Shape, Speed, Terms,
 };
-use solvers::level_set::{ConstantSpeed, CurvatureSpeed, FnAdvection, Order, Scheme, Speed, Terms};
 use solvers::{Field, Grid, Result, order::observed_order};
 use std::f64::consts::PI;
 
@@ -48,8 +48,14 @@ fn expanding_circle_weno() {
     assert!(errors[0] < 0.008 && errors[3] < 0.0015, "reference .008 .. .0015 h");
     // The read-out's error depends on where the contour crosses the edges: order 2 within 0.3.
     assert!(order > 1.7);
-    let (_, order) = expanding_circle(Order::Weno5, Read::Eno);
-    assert!(order > 2.9, "the read-out allows 3");
+    let (errors, _) = expanding_circle(Order::Weno5, Read::Eno);
+    let (read_out, order) = table("exact circle, Eno", |n| {
+        let exact = |p| distance(p, [0.5, 0.5, 0.0]) - 0.35;
+        contour_error(&Field::from_fn(unit(2, n), exact), Read::Eno, exact)
+    });
+    assert!(order > 2.5, "third order within the scatter of the crossings");
+    // The front itself is finer than the read-out: it adds little to the latter's error.
+    assert!(errors.iter().zip(read_out).all(|(e, r)| *e < 1.25 * r));
 }
 
 /// Two circles grow from radius 0.25 to 0.45 and merge on the way, n cells to the height.
@@ -95,7 +101,7 @@ fn square_corners_become_round() {
     let (first, _) = rounded_square(Order::First);
     assert!(first.iter().all(|&e| e < 1.6), "reference 1.1 .. 1.55 h");
     let (weno, _) = rounded_square(Order::Weno5);
-    assert!(weno.iter().all(|&e| e < 0.29), "reference .29 h");
+    assert!(weno.iter().all(|&e| e < 0.25), "reference .29 h");
 }
 
 #[test]
@@ -115,13 +121,26 @@ fn circle_shrinks_by_curvature_at_the_exact_rate() {
     }
 }
 
-/// Area and contour after one turn of Zalesak's disk (Zalesak 1979) on n x n cells.
-fn zalesak_turn(n: usize, order: Order) -> (f64, f64) {
+/// What one turn of Zalesak's disk does.
+struct Turn {
+    /// Area lost (%) of the area read at the start in the same way.
+    loss: f64,
+    /// Area missing (%) at the end from the exact area. A disk of radius r read linearly
+    /// is too small by pi h^2 / 4 or so: .13 % on 100 cells, .03 % on 200 for this shape.
+    loss_of_exact: f64,
+    /// Mean |distance| of the contour from the exact one (node distances).
+    off: f64,
+}
+
+/// One turn of Zalesak's disk (Zalesak 1979) on n x n cells.
+fn zalesak_turn(n: usize, order: Order) -> Turn {
     let grid = Grid::new(&[n + 1, n + 1], 100.0 / n as f64).unwrap();
     let mut rotation = FnAdvection(|[x, y, _]: [f64; 3], _: f64| {
         [PI / 314.0 * (50.0 - y), PI / 314.0 * (x - 50.0), 0.0]
     });
-    let phi = Field::from_fn(grid, zalesak);
+    let center = Point([50.0, 75.0, 0.0]);
+    let disk = Shape::Zalesak { center, radius: 15.0, slot_width: 5.0, slot_length: 25.0 };
+    let phi = disk.field(grid).unwrap();
     let start = area(&phi);
     let phi = run(phi, Scheme { cfl: 0.9, ..scheme(order) }, &mut rotation, 628.0);
     // Circle minus slot: the slot reaches from the circle up to y = 85.
@@ -131,24 +150,27 @@ fn zalesak_turn(n: usize, order: Order) -> (f64, f64) {
     let loss = 100.0 * (start - area(&phi)) / start;
     let loss_of_exact = 100.0 * (exact - area(&phi)) / exact;
     let points = contour(&phi, Read::Linear);
-    let mean = points.iter().map(|&p| zalesak(p).abs()).sum::<f64>()
-        / points.len() as f64
-        / grid.spacing();
+    let distances = points.iter().map(|&p| disk.distance(p).abs());
+    let off = distances.sum::<f64>() / points.len() as f64 / grid.spacing();
     println!(
         "Zalesak {n}, {order:?}: area loss {loss:.3} % of the area read at the start, \
-         {loss_of_exact:.3} % of the exact area, contour off by {mean:.3} h in the mean"
+         {loss_of_exact:.3} % of the exact area, contour off by {off:.3} h in the mean"
     );
-    (loss, loss_of_exact)
+    Turn { loss, loss_of_exact, off }
 }
 
 #[test]
 fn zalesak_disk() {
-    let (first, _) = zalesak_turn(100, Order::First);
-    assert!(first > 90.0, "reference 99.9 %: first order loses the disk");
-    let (loss, loss_of_exact) = zalesak_turn(100, Order::Weno5);
-    assert!(loss.abs() < 0.88 && loss_of_exact.abs() < 0.88, "reference .88 %");
-    let (loss, loss_of_exact) = zalesak_turn(200, Order::Weno5);
-    assert!(loss.abs() < 0.1 && loss_of_exact.abs() < 0.05, "reference -.02 %");
+    let first = zalesak_turn(100, Order::First);
+    assert!(first.loss > 90.0, "reference 99.9 %: first order loses the disk");
+    // Losses at outer corners and gains at inner ones cancel in the area. The contour's
+    // mean offset does not cancel: .11 and .06 h with the weights of Jiang & Peng 2000.
+    let coarse = zalesak_turn(100, Order::Weno5);
+    assert!(coarse.loss.abs() < 0.86 && coarse.loss_of_exact.abs() < 0.86, "reference .88 %");
+    assert!(coarse.off < 0.08);
+    let fine = zalesak_turn(200, Order::Weno5);
+    assert!(fine.loss.abs() < 0.02 && fine.loss_of_exact.abs() < 0.02, "reference -.02 %");
+    assert!(fine.off < 0.035);
 }
 
 /// LeVeque's deformation flow that reverses at T/2.
@@ -186,7 +208,7 @@ fn single_vortex() {
     let loss = 100.0 * (1.0 - area(&phi) / start);
     println!("single vortex, T = 8, 128 x 128: area loss {loss:.1} %");
     // The filaments get thinner than a cell: a figure of the method, not a sharp bound.
-    assert!((20.0..35.0).contains(&loss), "reference 31 %");
+    assert!((10.0..20.0).contains(&loss), "reference 31 %");
 }
 
 #[test]

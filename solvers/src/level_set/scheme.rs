@@ -13,7 +13,7 @@ pub enum Order {
     First,
     /// Fifth-order WENO differences with three-stage TVD Runge-Kutta steps of third order.
     ///
-    /// Jiang & Peng 2000; Shu & Osher 1988, eq. (2.18).
+    /// Jiang & Peng 2000 with weights after Borges et al. 2008; Shu & Osher 1988, eq. (2.18).
     #[default]
     Weno5,
 }
