@@ -322,7 +322,7 @@ fn cholesky_and_series_agree() {
                     (u.concat(), stepper.describe())
                 };
                 let (series, name) = run(&constant);
-                assert_eq!(name, "species 0: constant diffusion by series");
+                assert_eq!(name, "species 0: linear part by series");
                 for other in &others {
                     let (factor, name) = run(other);
                     assert!(name.starts_with("species 0: sparse Cholesky, "), "{name}");

@@ -15,7 +15,8 @@ use toml::Value;
         patterns rd --spots\n  \
         patterns rd --labyrinth --size 256 --seed 3\n  \
         patterns rd --preset gray-scott-kappa --param feed=0.06\n  \
-        patterns rd --spots --size 256 --boundary periodic --dispersion"
+        patterns rd --spots --size 256 --boundary periodic --dispersion\n  \
+        patterns rd --kinetics schnakenberg --growth 0.002"
 )]
 pub(super) struct Args {
     /// Turing's spots: figure 1.5(a) (the default).
@@ -66,6 +67,20 @@ pub(super) struct Args {
     /// Diffusion of a species, cells^2/time (repeatable).
     #[arg(long, value_name = "SPECIES=VALUE")]
     diffusion: Vec<String>,
+    /// Growth rate of the domain, 1/time: cells grow with it, their number stays [default: the
+    /// preset's, 0].
+    #[arg(long, value_name = "RATE")]
+    growth: Option<f64>,
+    /// How the length of the domain grows with time t at rate r: exp(r t), 1 + r t, or
+    /// logistic, which ends at --growth-limit [default: exponential].
+    #[arg(long, value_parser = ["exponential", "linear", "logistic"])]
+    growth_law: Option<String>,
+    /// Length over that of the start at which logistic growth ends, above 1.
+    #[arg(long, value_name = "SCALE")]
+    growth_limit: Option<f64>,
+    /// Let growth not dilute the concentrations.
+    #[arg(long)]
+    no_dilution: bool,
     /// Start of the curve: circle, border, seeds, or a picture whose dark half is inside
     /// [default: circle].
     #[arg(long, value_name = "START")]
@@ -110,6 +125,7 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
     request.set_flag("stepper", args.stepper.as_deref())?;
     pairs(&mut request, "parameters", "--param", &args.param)?;
     pairs(&mut request, "diffusion", "--diffusion", &args.diffusion)?;
+    growth(&mut request, args)?;
     if let Some(start) = &args.start {
         request.set("curve.start", Value::String(start.clone()), "--start")?;
     }
@@ -125,6 +141,22 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
         request.set_flag(key, given.then_some(true))?;
     }
     args.run.execute(request)
+}
+
+fn growth(request: &mut Request, args: &Args) -> Result<()> {
+    if let Some(rate) = args.growth {
+        request.set("growth.rate", rate.into(), "--growth")?;
+    }
+    if let Some(law) = args.growth_law.as_deref() {
+        request.set("growth.law", law.into(), "--growth-law")?;
+    }
+    if let Some(limit) = args.growth_limit {
+        request.set("growth.limit", limit.into(), "--growth-limit")?;
+    }
+    if args.no_dilution {
+        request.set("growth.dilution", false.into(), "--no-dilution")?;
+    }
+    Ok(())
 }
 
 /// `name=value` flags into a table of the configuration.

@@ -5,13 +5,15 @@
 //! `euler_number`, `wavelength` (cells, peak of the radial spectrum of the species that
 //! diffuses fastest); with a curve
 //! `agreement` (share of cells), `contour_distance` (cells) and `settled_at` (iteration);
-//! with `dispersion` `predicted_wavelength` (cells) and `predicted_growth` (1/time).
+//! with `dispersion` `predicted_wavelength` (cells) and `predicted_growth` (1/time); on a
+//! growing domain `scale` (its length over that of the start, 1): cells have grown with it.
 //!
 //! A new kinetics is one file in [`kinetics`] and one line in its registry.
 
 pub mod config;
 mod curve;
 mod general;
+mod grown;
 pub mod kinetics;
 mod measure;
 mod setup;
@@ -25,10 +27,11 @@ use config::{Config, CurveSpeed};
 use curve::{Border, Curve};
 use measure::Prediction;
 use setup::Start;
+use solvers::diffusion::Growth;
 use solvers::level_set::Shape;
 use solvers::spectral::RadialSpectrum;
 use solvers::{Field, Grid, isosurface, random};
-use stepper::Stepper;
+use stepper::{Stepper, Stretch};
 
 /// Registry entry.
 pub static MODEL: Model = Model {
@@ -52,6 +55,7 @@ struct Rd {
     stepper: Box<dyn Stepper>,
     note: Option<String>,
     prediction: Option<Prediction>,
+    growth: Option<Growth>,
     /// The species whose spectrum is measured: the one that diffuses fastest, because
     /// the sharp borders of the others put their power into harmonics.
     wave: usize,
@@ -66,13 +70,18 @@ struct Rd {
 
 fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
     let config = config::resolve(table)?;
+    let growth = config.growth()?;
     let start = Start::new(&config, context)?;
     let names = start.chemistry.species.clone();
     let ink = names.iter().position(|name| *name == config.ink.species).ok_or_else(|| {
         let reason = format!("no `{}` here; known: {}", config.ink.species, names.join(", "));
         Error::config("ink.species", reason)
     })?;
-    let (stepper, note) = start.stepper(config.stepper)?;
+    let (mut stepper, note) = start.stepper(config.stepper)?;
+    if growth.is_some() {
+        // What cannot grow is refused before any work.
+        stepper.stretch(Stretch { laplacian: 1.0, dilution: 1.0 })?;
+    }
     let mut c = Field::constant(start.setup.grid, 0.0);
     stepper.copy_into(ink, &mut c);
     let curve = match config.curve.speed {
@@ -97,6 +106,7 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
         stepper,
         note,
         prediction,
+        growth,
         wave,
         ink,
         c,
@@ -180,18 +190,41 @@ impl Rd {
         snapshots.chain([chunk, self.config.iterations]).min().unwrap_or(chunk)
     }
 
+    /// The length of the domain over that of the start, if it grows.
+    fn scale(&self) -> Option<f64> {
+        self.growth.map(|growth| growth.scale(self.done as f64 * self.config.dt))
+    }
+
+    /// Lets the reaction do `steps` steps.
+    fn react(&mut self, steps: u64) -> Result<()> {
+        let Some(growth) = self.growth else {
+            self.stepper.advance(steps)?;
+            self.done += steps;
+            return Ok(());
+        };
+        let (dt, dim) = (self.config.dt, self.c.grid().dim());
+        let dilutes = self.config.growth.as_ref().is_some_and(|growth| growth.dilution);
+        for _ in 0..steps {
+            let t = self.done as f64 * dt;
+            let dilution = if dilutes { growth.dilution(t, dt, dim) } else { 1.0 };
+            let laplacian = growth.laplacian_factor(t, dt);
+            self.stepper.stretch(Stretch { laplacian, dilution })?;
+            self.stepper.advance(1)?;
+            self.done += 1;
+        }
+        Ok(())
+    }
+
     fn advance_to(&mut self, stop: u64) -> Result<()> {
         let Some(mut curve) = self.curve.take() else {
-            self.stepper.advance(stop - self.done)?;
+            self.react(stop - self.done)?;
             self.stepper.copy_into(self.ink, &mut self.c);
-            self.done = stop;
             return Ok(());
         };
         while self.done < stop {
-            self.stepper.advance(1)?;
+            self.react(1)?;
             self.stepper.copy_into(self.ink, &mut self.c);
             curve.step(self.border())?;
-            self.done += 1;
         }
         self.curve = Some(curve);
         Ok(())
@@ -305,15 +338,18 @@ impl Run for Rd {
     fn observe(&self) -> Vec<Metric> {
         let (mean, std) = self.c.mean_std();
         let name = &self.names[self.ink];
-        vec![
+        let mut metrics = vec![
             Metric::new(&format!("{name}_mean"), mean, "concentration"),
             Metric::new(&format!("{name}_deviation"), std, "concentration"),
-        ]
+        ];
+        metrics.extend(self.scale().map(|scale| Metric::new("scale", scale, "1")));
+        metrics
     }
 
     fn metrics(&self) -> Vec<Metric> {
         let phi = self.phi();
         let mut metrics = measure::ink(&phi, self.config.boundary);
+        metrics.extend(self.scale().map(|scale| Metric::new("scale", scale, "1")));
         if let Some(wavelength) = self.spectrum().and_then(|s| s.peak_wavelength()) {
             metrics.push(Metric::new("wavelength", wavelength, "cells"));
         }

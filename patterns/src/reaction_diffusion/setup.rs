@@ -1,7 +1,7 @@
 //! From a configuration to fields and a stepper at step 0.
 
 use super::config::{self, Anisotropic, Change, Config, Diffusion, Method, Region, Source};
-use super::general::General;
+use super::general::{General, Linear};
 use super::kinetics::Kinetics;
 use super::stepper::{Precision, Setup, Stepper};
 use crate::{Context, Error, Result};
@@ -56,10 +56,10 @@ impl Chemistry {
         self.species.iter().map(String::as_str).collect()
     }
 
-    /// The reaction in 64-bit floats, unless the kinetics is more than a reaction.
-    fn reaction(&self, parameters: &[Parameter]) -> Result<Option<Box<dyn Reaction + Send>>> {
+    /// The reaction in 64-bit floats.
+    fn reaction(&self, parameters: &[Parameter]) -> Result<Box<dyn Reaction + Send>> {
         if let Some(kinetics) = self.kinetics {
-            return kinetics.reaction.map(|make| make(parameters)).transpose();
+            return (kinetics.reaction)(parameters);
         }
         let species: Vec<(&str, &str)> = self
             .species
@@ -71,7 +71,7 @@ impl Chemistry {
             self.parameter_names().into_iter().zip(parameters.iter().cloned()).collect();
         let reaction = FormulaReaction::new(&species, &named)
             .map_err(|error| Error::config("formulas", error.to_string()))?;
-        Ok(Some(Box::new(reaction)))
+        Ok(Box::new(reaction))
     }
 }
 
@@ -95,6 +95,12 @@ impl Start {
         known("parameters", &config.parameters, &chemistry.parameter_names())?;
         known("initial", &config.initial, &chemistry.species_names())?;
         known("diffusion", &config.diffusion, &chemistry.species_names())?;
+        if let Some(species) = config.diffusion.keys().next()
+            && chemistry.kinetics.is_some_and(|kinetics| kinetics.linear.is_some())
+        {
+            let reason = format!("{} has an operator of its own and no diffusion", config.kinetics);
+            return Err(Error::config(&format!("diffusion.{species}"), reason));
+        }
         let mut parameters = parameters(config, &chemistry, grid, context)?;
         let mut initial = initial(config, &chemistry, grid, context)?;
         perturb(config, &chemistry, context.seed, grid, &mut parameters, &mut initial)?;
@@ -121,13 +127,22 @@ impl Start {
     }
 
     /// The reaction at the mean of every parameter, for linear theory.
-    pub(super) fn mean_reaction(&self) -> Result<Option<Box<dyn Reaction + Send>>> {
+    pub(super) fn mean_reaction(&self) -> Result<Box<dyn Reaction + Send>> {
         let mean = |parameter: &Parameter| match parameter {
             Parameter::Uniform(value) => Parameter::Uniform(*value),
             Parameter::Map(field) => Parameter::Uniform(field.mean_std().0),
         };
         let means: Vec<_> = self.setup.parameters.iter().map(mean).collect();
         self.chemistry.reaction(&means)
+    }
+
+    /// What is linear in each species: the kinetics' own operator, or diffusion; `None` for
+    /// an operator that varies in place.
+    pub(super) fn linear(&self) -> Option<Linear> {
+        match self.chemistry.kinetics.and_then(|kinetics| kinetics.linear) {
+            Some(make) => make(&self.setup.parameters).map(Linear::Parts),
+            None => Some(Linear::Diffusion(self.diffusivity.clone())),
+        }
     }
 
     /// The stepper at the initial concentrations, and what it says of itself.
@@ -151,11 +166,12 @@ impl Start {
             let reason = "f32 is for explicit steps of a built-in kinetics with constant diffusion";
             return Err(Error::config("precision", reason));
         }
-        let reaction = self.chemistry.reaction(&self.setup.parameters)?.ok_or_else(|| {
-            let reason = "this kinetics needs explicit steps and constant diffusion";
+        let reaction = self.chemistry.reaction(&self.setup.parameters)?;
+        let linear = self.linear().ok_or_else(|| {
+            let reason = "the operator of this kinetics varies in place; use explicit";
             Error::config("stepper", reason)
         })?;
-        let general = General::new(&self.setup, method, &self.diffusivity, reaction)?;
+        let general = General::new(&self.setup, method, &linear, reaction)?;
         let note = general.describe();
         Ok((Box::new(general), Some(note)))
     }

@@ -24,7 +24,8 @@ pub static KINETICS: Kinetics = Kinetics {
     parameters: &[range("a", 0.0, 100.0), range("b", 0.0, 100.0)],
     presets: PRESETS,
     explicit: explicit_double::<Brusselator, 2, 2>,
-    reaction: Some(reaction::<Brusselator, 2, 2>),
+    linear: None,
+    reaction: reaction::<Brusselator, 2, 2>,
 };
 
 pub(crate) const PRESETS: &[Preset] = &[

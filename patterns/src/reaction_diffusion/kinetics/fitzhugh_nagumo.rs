@@ -27,7 +27,8 @@ pub static KINETICS: Kinetics = Kinetics {
     ],
     presets: PRESETS,
     explicit: explicit_double::<FitzHughNagumo, 2, 3>,
-    reaction: Some(reaction::<FitzHughNagumo, 2, 3>),
+    linear: None,
+    reaction: reaction::<FitzHughNagumo, 2, 3>,
 };
 
 pub(crate) const PRESETS: &[Preset] = &[

@@ -30,7 +30,8 @@ pub static KINETICS: Kinetics = Kinetics {
     ],
     presets: PRESETS,
     explicit: explicit_double::<GiererMeinhardt, 2, 4>,
-    reaction: Some(reaction::<GiererMeinhardt, 2, 4>),
+    linear: None,
+    reaction: reaction::<GiererMeinhardt, 2, 4>,
 };
 
 pub(crate) const PRESETS: &[Preset] = &[

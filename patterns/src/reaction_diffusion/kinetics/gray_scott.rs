@@ -27,7 +27,8 @@ pub static KINETICS: Kinetics = Kinetics {
     parameters: &[range("feed", 0.0, 1.0), range("kill", 0.0, 1.0)],
     presets: PRESETS,
     explicit: explicit::<GrayScott, 2, 2>,
-    reaction: Some(reaction::<GrayScott, 2, 2>),
+    linear: None,
+    reaction: reaction::<GrayScott, 2, 2>,
 };
 
 /// A class: squares (u, v, width, number) of the other state on a 256x256 grid, at one feed and kill rate.

@@ -36,7 +36,8 @@ pub static KINETICS: Kinetics = Kinetics {
     ],
     presets: PRESETS,
     explicit: explicit_double::<Meinhardt, 5, 4>,
-    reaction: Some(reaction::<Meinhardt, 5, 4>),
+    linear: None,
+    reaction: reaction::<Meinhardt, 5, 4>,
 };
 
 pub(crate) const PRESETS: &[Preset] = &[

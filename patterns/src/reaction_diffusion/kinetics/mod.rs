@@ -13,6 +13,7 @@ use super::stepper::{self, Setup, Stepper};
 use crate::{Preset, Result};
 use solvers::diffusion::Reaction;
 use solvers::diffusion::explicit::{Cell, CellReaction, Parameter};
+use solvers::spectral::LinearPart;
 
 /// Every kinetics, in the order shown to people.
 pub static KINETICS: &[&Kinetics] = &[
@@ -28,6 +29,9 @@ pub static KINETICS: &[&Kinetics] = &[
 
 /// Makes a reaction at given parameters.
 pub type MakeReaction = fn(&[Parameter]) -> Result<Box<dyn Reaction + Send>>;
+
+/// Makes the linear part of each species; `None` if a map makes it vary in place.
+pub type MakeLinear = fn(&[Parameter]) -> Option<Vec<LinearPart>>;
 
 /// A reaction as the registry sees it.
 pub struct Kinetics {
@@ -45,8 +49,10 @@ pub struct Kinetics {
     pub presets: &'static [Preset],
     /// The explicit stepper at concentrations 0.
     pub explicit: fn(&Setup) -> Result<Box<dyn Stepper>>,
-    /// The reaction for other steppers; `None` if it is more than a reaction.
-    pub reaction: Option<MakeReaction>,
+    /// The linear part of each species for other steppers, if it is not diffusion.
+    pub linear: Option<MakeLinear>,
+    /// The reaction for other steppers.
+    pub reaction: MakeReaction,
 }
 
 /// The presets of all kinetics, in the order shown to people.

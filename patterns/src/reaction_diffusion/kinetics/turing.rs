@@ -24,7 +24,8 @@ pub static KINETICS: Kinetics = Kinetics {
     parameters: &[range("s", 0.0, 10.0), range("xi", 0.0, 16.0)],
     presets: PRESETS,
     explicit: explicit::<Turing, 2, 2>,
-    reaction: Some(reaction::<Turing, 2, 2>),
+    linear: None,
+    reaction: reaction::<Turing, 2, 2>,
 };
 
 pub(crate) const PRESETS: &[Preset] = &[
