@@ -85,6 +85,10 @@ pub(super) struct Args {
     /// [default: circle].
     #[arg(long, value_name = "START")]
     start: Option<String>,
+    /// Start of the curve from a CSV of closed lines: rows x,y (cells from the picture's upper
+    /// left corner) with blank lines between loops, or rows loop,x,y as in contour.csv.
+    #[arg(long, value_name = "FILE", conflicts_with = "start")]
+    contour: Option<String>,
     /// Steps between two redistancings of the curve [default: 20].
     #[arg(long, value_name = "N")]
     redistance_every: Option<u64>,
@@ -128,6 +132,9 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
     growth(&mut request, args)?;
     if let Some(start) = &args.start {
         request.set("curve.start", Value::String(start.clone()), "--start")?;
+    }
+    if let Some(path) = &args.contour {
+        request.set("curve.contour", Value::String(path.clone()), "--contour")?;
     }
     if let Some(every) = values::integer(args.redistance_every) {
         request.set("curve.redistance_every", every.into(), "--redistance-every")?;

@@ -2,7 +2,7 @@
 
 use super::kinetics;
 use super::stepper::Precision;
-use crate::{Error, Result};
+use crate::{Error, Preset, Result};
 use serde::{Deserialize, Serialize};
 use solvers::Boundary;
 use solvers::diffusion::GrowthLaw;
@@ -285,6 +285,10 @@ pub struct Curve {
     pub speed: CurveSpeed,
     /// `circle`, `border`, `seeds`, or an image whose dark half is inside.
     pub start: String,
+    /// Closed lines to start from instead: a file of points x,y in cells from the picture's
+    /// upper left corner, as `contour.csv`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contour: Option<String>,
     /// Time step of the curve per reaction step.
     pub dt: f64,
     /// Reaction steps between two redistancings.
@@ -321,12 +325,11 @@ fn parse(text: &str) -> Result<toml::Table> {
     text.parse().map_err(|e: toml::de::Error| Error::config("preset", e.to_string()))
 }
 
-/// The configuration that `user` asks for: [`COMMON`], then a preset, then `user`'s
-/// own keys. The preset is the one under the key `preset`, else the first of the
-/// kinetics, else the first of all.
+/// The configuration that `user` asks for: [`COMMON`], then the defaults of a kinetics,
+/// then a preset, then `user`'s own keys. The preset is the one under the key `preset`,
+/// else the first of the kinetics, else the first of all.
 pub(super) fn resolve(user: &toml::Table) -> Result<Config> {
     let mut user = user.clone();
-    let presets = kinetics::presets();
     let text = |key: &str, value: &toml::Value| {
         value.as_str().map(str::to_owned).ok_or_else(|| {
             Error::config(key, format!("expected a name, found {}", value.type_str()))
@@ -334,30 +337,43 @@ pub(super) fn resolve(user: &toml::Table) -> Result<Config> {
     };
     let preset = user.remove("preset").map(|v| text("preset", &v)).transpose()?;
     let named = user.get("kinetics").map(|v| text("kinetics", v)).transpose()?;
-    let preset = match (&preset, &named) {
-        (Some(name), _) => Some(presets.iter().find(|p| p.name == name).ok_or_else(|| {
-            let known: Vec<_> = presets.iter().map(|p| p.name).collect();
-            Error::config("preset", format!("no `{name}`; known: {}", known.join(", ")))
-        })?),
-        (None, Some(name)) if name == FORMULAS => None,
-        (None, Some(name)) => lookup(name)?.presets.first(),
-        (None, None) => presets.first(),
-    };
     let mut table = parse(COMMON)?;
-    if let Some(preset) = preset {
+    if let Some((kinetics, preset)) = beginning(preset.as_deref(), named.as_deref())? {
+        lay(&mut table, &parse(kinetics.defaults)?);
         lay(&mut table, &parse(preset.config)?);
-        if let (Some(named), Some(own)) = (&named, table.get("kinetics").and_then(|v| v.as_str()))
-            && named != own
-        {
-            let reason = format!("`{named}` does not go with preset `{}` of `{own}`", preset.name);
-            return Err(Error::config("kinetics", reason));
-        }
     }
     // A table of the preset that the user replaces by something else is replaced whole.
     lay(&mut table, &user);
     let config: Config = crate::from_table(&table)?;
     config.check()?;
     Ok(config)
+}
+
+/// The kinetics and the preset that a configuration begins with; none for formulas.
+fn beginning(
+    preset: Option<&str>,
+    named: Option<&str>,
+) -> Result<Option<(&'static kinetics::Kinetics, &'static Preset)>> {
+    let all = || kinetics::KINETICS.iter().flat_map(|k| k.presets.iter().map(move |p| (*k, p)));
+    let Some(name) = preset else {
+        return match named {
+            Some(FORMULAS) => Ok(None),
+            Some(name) => {
+                let kinetics = lookup(name)?;
+                Ok(kinetics.presets.first().map(|preset| (kinetics, preset)))
+            }
+            None => Ok(all().next()),
+        };
+    };
+    let Some((kinetics, preset)) = all().find(|(_, preset)| preset.name == name) else {
+        let known: Vec<_> = all().map(|(_, preset)| preset.name).collect();
+        return Err(Error::config("preset", format!("no `{name}`; known: {}", known.join(", "))));
+    };
+    if let Some(named) = named.filter(|&named| named != kinetics.name) {
+        let reason = format!("`{named}` does not go with preset `{name}` of `{}`", kinetics.name);
+        return Err(Error::config("kinetics", reason));
+    }
+    Ok(Some((kinetics, preset)))
 }
 
 /// The kinetics of that name, or an error that lists the known ones.

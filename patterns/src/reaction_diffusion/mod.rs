@@ -19,6 +19,7 @@ mod measure;
 mod setup;
 pub mod stepper;
 
+use crate::contour;
 use crate::{
     Artifact, Axis, Colors, Context, Error, Image, Mark, Metric, Model, Plot, Result, Run, Series,
     State, Status,
@@ -49,6 +50,9 @@ const CHUNK: u64 = 20;
 /// settled; in the first thousand nothing moves, because the pattern is still growing.
 const SETTLED: (u64, f64, u64) = (100, 0.002, 1000);
 
+/// Rows that the history of a one-dimensional run aims at.
+const HISTORY: u64 = 250;
+
 struct Rd {
     config: Config,
     names: Vec<String>,
@@ -66,6 +70,8 @@ struct Rd {
     done: u64,
     settled_at: Option<u64>,
     snapshots: Vec<(u64, Field)>,
+    /// Concentrations of the ink's species across a row, at equal times.
+    history: Vec<f64>,
 }
 
 fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
@@ -87,7 +93,7 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
     let curve = match config.curve.speed {
         CurveSpeed::Off => None,
         _ => {
-            let phi = first_curve(&config.curve.start, start.setup.grid, context)?;
+            let phi = first_curve(&config.curve, start.setup.grid, context)?;
             Some(Curve::new(phi, config.boundary, &config.curve)?)
         }
     };
@@ -114,17 +120,22 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
         done: 0,
         settled_at: None,
         snapshots: Vec::new(),
+        history: Vec::new(),
     };
     run.keep_snapshot();
+    run.keep_history(0);
     Ok(Box::new(run))
 }
 
-/// phi of the curve at the start: by name, or negative in the dark half of a picture.
-fn first_curve(start: &str, grid: Grid, context: &Context<'_>) -> Result<Field> {
+/// phi of the curve at the start: from lines, by name, or negative in the dark half of a picture.
+fn first_curve(curve: &config::Curve, grid: Grid, context: &Context<'_>) -> Result<Field> {
+    if let Some(path) = &curve.contour {
+        return contour::phi("curve.contour", path, grid, context);
+    }
     let axes: Vec<f64> = grid.axes().iter().map(|&n| n as f64).collect();
     let least = axes.iter().copied().fold(f64::INFINITY, f64::min);
     let center = solvers::level_set::shapes::Point(grid.center());
-    match start {
+    match curve.start.as_str() {
         // Radius 30 on the paper's 80 x 80 cells.
         "circle" => Ok(Shape::Circle { center, radius: 0.375 * least }.field(grid)?),
         "border" => Ok(Field::from_fn(grid, |p| {
@@ -248,6 +259,38 @@ impl Rd {
         }
     }
 
+    /// Iterations between two rows of the history.
+    fn history_every(&self) -> u64 {
+        self.config.iterations.div_ceil(HISTORY).max(1)
+    }
+
+    /// Keeps a row's concentrations whenever the iterations since `before` reach a multiple.
+    fn keep_history(&mut self, before: u64) {
+        let every = self.history_every();
+        if self.c.grid().dim() == 1 && (self.done == 0 || self.done / every > before / every) {
+            self.history.extend_from_slice(self.c.as_slice());
+        }
+    }
+
+    /// The history of a row as a picture: x to the right, time downwards.
+    fn history_artifact(&self) -> Option<Artifact> {
+        let nx = self.c.as_slice().len();
+        let grid = Grid::new(&[self.history.len() / nx, nx], 1.0).ok()?;
+        let field = Field::from_vec(grid, self.history.clone()).ok()?;
+        let name = &self.names[self.ink];
+        Some(Artifact::Image(Image {
+            name: "history".into(),
+            field,
+            label: format!(
+                "{name} (concentration), a row down every {} iterations",
+                self.history_every()
+            ),
+            colors: Colors::Sequential,
+            range: None,
+            contour: None,
+        }))
+    }
+
     fn finish(&mut self) -> Result<()> {
         if let Some(mut curve) = self.curve.take() {
             curve.finish(self.border(), self.config.curve.finish)?;
@@ -309,9 +352,11 @@ impl Rd {
 
 impl Run for Rd {
     fn step(&mut self) -> Result<Status> {
+        let before = self.done;
         self.advance_to(self.next_stop())?;
         self.c.check_finite(&self.names[self.ink], self.done as f64 * self.config.dt)?;
         self.keep_snapshot();
+        self.keep_history(before);
         let settled = self.settle();
         let last = self.done == self.config.iterations;
         let ends = last || (settled && self.config.stop_when_settled);
@@ -382,14 +427,7 @@ impl Run for Rd {
             artifacts.push(Artifact::Image(self.image(name, field, &phi)));
         }
         match grid.dim() {
-            2 => {
-                // Nodes are the middles of cells: the picture begins half a cell before them.
-                let mut lines = isosurface::closed_contours(&phi, 0.0);
-                lines.iter_mut().flat_map(|l| &mut l.points).flatten().for_each(|v| *v += 0.5);
-                let [_, ny, nx] = grid.shape();
-                let size = [nx as f64, ny as f64];
-                artifacts.push(Artifact::Contour { name: "contour".into(), lines, size });
-            }
+            2 => artifacts.push(Artifact::contour("contour", &phi)),
             3 => {
                 if let Ok(mesh) = isosurface::triangulate(&phi, 0.0, isosurface::Caps::Closed) {
                     artifacts.push(Artifact::Mesh { name: "surface".into(), mesh });
@@ -406,6 +444,9 @@ impl Run for Rd {
             }
         }
         artifacts.extend(self.snapshot_artifacts(&phi));
+        if grid.dim() == 1 {
+            artifacts.extend(self.history_artifact());
+        }
         artifacts
     }
 
@@ -430,6 +471,7 @@ impl Run for Rd {
         for (n, field) in &self.snapshots {
             state.put_f64(&format!("snapshot.{n}"), field.as_slice());
         }
+        state.put_f64("history", &self.history);
         if let Some(curve) = &self.curve {
             curve.save(&mut state);
         }
@@ -447,6 +489,7 @@ impl Run for Rd {
             state.get_f64(&format!("snapshot.{n}"), field.as_mut_slice())?;
             self.snapshots.push((n, field));
         }
+        self.history = state.all_f64("history")?.to_vec();
         if let Some(curve) = &mut self.curve {
             curve.restore(state)?;
         }

@@ -45,7 +45,9 @@ pub struct Kinetics {
     pub species: &'static [&'static str],
     /// Names of the parameters and the ranges that they may have.
     pub parameters: &'static [Range],
-    /// Configurations that make a known pattern; the first holds the defaults.
+    /// What its runs start from, as TOML, before a preset and the user's own keys.
+    pub defaults: &'static str,
+    /// Configurations that make a known pattern; the first is that of the kinetics' name alone.
     pub presets: &'static [Preset],
     /// The explicit stepper at concentrations 0.
     pub explicit: fn(&Setup) -> Result<Box<dyn Stepper>>,

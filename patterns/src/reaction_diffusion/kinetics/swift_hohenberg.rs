@@ -21,6 +21,7 @@ pub static KINETICS: Kinetics = Kinetics {
     source: "Swift and Hohenberg 1977; Cross and Hohenberg 1993",
     species: &["u"],
     parameters: &[range("r", -10.0, 10.0), range("g", -10.0, 10.0), range("k0", 0.0, 2.0)],
+    defaults: DEFAULTS,
     presets: PRESETS,
     explicit,
     linear: Some(linear),
@@ -42,42 +43,31 @@ fn linear(parameters: &[Parameter]) -> Option<Vec<LinearPart>> {
     Some(vec![LinearPart::new(move |s| -(k0 * k0 - s) * (k0 * k0 - s))])
 }
 
+const DEFAULTS: &str = r#"
+size = [128, 128]
+iterations = 8000
+dt = 0.05
+boundary = "periodic"
+clamp = false
+diffusion = {}
+initial = { u = 0.0 }
+ink = { species = "u", level = "mean", below = false }
+curve = { speed = "off" }
+perturbation = [{ target = "u", kind = "noise", amplitude = 0.1, region = "all" }]
+"#;
+
 pub(crate) const PRESETS: &[Preset] = &[
     Preset {
         name: "swift-hohenberg-stripes",
         about: "Stripes, as convection rolls; wavelength 8 cells",
-        config: r#"
-kinetics = "swift-hohenberg"
-size = [128, 128]
-iterations = 8000
-dt = 0.05
-boundary = "periodic"
-clamp = false
-parameters = { r = 0.2, g = 0.0, k0 = 0.7853981633974483 }
-diffusion = {}
-initial = { u = 0.0 }
-ink = { species = "u", level = "mean", below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "u", kind = "noise", amplitude = 0.1, region = "all" }]
-"#,
+        config: "kinetics = 'swift-hohenberg'\n\
+                 parameters = { r = 0.2, g = 0.0, k0 = 0.7853981633974483 }",
     },
     Preset {
         name: "swift-hohenberg-spots",
         about: "Spots, by the quadratic term; wavelength 8 cells",
-        config: r#"
-kinetics = "swift-hohenberg"
-size = [128, 128]
-iterations = 8000
-dt = 0.05
-boundary = "periodic"
-clamp = false
-parameters = { r = 0.02, g = 1.2, k0 = 0.7853981633974483 }
-diffusion = {}
-initial = { u = 0.0 }
-ink = { species = "u", level = "mean", below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "u", kind = "noise", amplitude = 0.1, region = "all" }]
-"#,
+        config: "kinetics = 'swift-hohenberg'\n\
+                 parameters = { r = 0.02, g = 1.2, k0 = 0.7853981633974483 }",
     },
 ];
 
