@@ -2,6 +2,7 @@
 #![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 use patterns::{Context, Error, Inputs, MODELS, NoInputs, Run, State, Status, Values};
+use solvers::isosurface::Polyline;
 use solvers::{Field, Grid};
 use std::f64::consts::PI;
 use toml::Table;
@@ -58,6 +59,10 @@ impl Inputs for Wave {
     fn field(&self, _: &str, _: &str) -> patterns::Result<Field> {
         let grid = Grid::new(&[32], 1.0)?;
         Ok(Field::from_fn(grid, |[x, ..]| 2.0 + (K * (x + 0.5)).cos()))
+    }
+
+    fn lines(&self, key: &str, path: &str) -> patterns::Result<Vec<Polyline>> {
+        NoInputs.lines(key, path)
     }
 }
 

@@ -58,7 +58,7 @@ pub(super) struct Args {
     /// Precision of the concentrations [default: f64].
     #[arg(long, value_parser = ["f32", "f64"])]
     precision: Option<String>,
-    /// Time stepping: explicit, semi-implicit or etdrk4 (periodic only) [default: explicit].
+    /// Time stepping: explicit, semi-implicit or etdrk4 [default: explicit].
     #[arg(long, value_name = "METHOD")]
     stepper: Option<String>,
     /// A parameter of the kinetics: a number or a picture (repeatable).
@@ -69,14 +69,14 @@ pub(super) struct Args {
     diffusion: Vec<String>,
     /// Growth rate of the domain, 1/time: cells grow with it, their number stays [default: the
     /// preset's, 0].
-    #[arg(long, value_name = "RATE")]
+    #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
     growth: Option<f64>,
     /// How the length of the domain grows with time t at rate r: exp(r t), 1 + r t, or
     /// logistic, which ends at --growth-limit [default: exponential].
     #[arg(long, value_parser = ["exponential", "linear", "logistic"])]
     growth_law: Option<String>,
     /// Length over that of the start at which logistic growth ends, above 1.
-    #[arg(long, value_name = "SCALE")]
+    #[arg(long, value_name = "SCALE", allow_negative_numbers = true)]
     growth_limit: Option<f64>,
     /// Let growth not dilute the concentrations.
     #[arg(long)]

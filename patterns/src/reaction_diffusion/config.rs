@@ -1,38 +1,12 @@
-//! The configuration of a run: defaults, presets, and what the user says, in that order.
+//! The configuration of a run.
 
-use super::kinetics;
+use super::growth::Growth;
 use super::stepper::Precision;
-use crate::{Error, Preset, Result};
+use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use solvers::Boundary;
-use solvers::diffusion::GrowthLaw;
 use solvers::diffusion::explicit::Stencil;
 use std::collections::BTreeMap;
-
-/// What every run starts from.
-const COMMON: &str = r#"
-size = [80, 80]
-iterations = 8000
-dt = 1.0
-boundary = "neumann"
-precision = "f64"
-stepper = "explicit"
-clamp = true
-snapshots = []
-stop_when_settled = false
-dispersion = false
-perturbation = []
-parameters = {}
-diffusion = {}
-initial = {}
-
-[curve]
-speed = "recipe"
-start = "circle"
-dt = 0.45
-redistance_every = 20
-finish = 200
-"#;
 
 /// The kinetics whose rates the configuration writes out.
 pub(super) const FORMULAS: &str = "formulas";
@@ -84,40 +58,6 @@ pub struct Config {
     pub stop_when_settled: bool,
     /// Adds growth rate against wavenumber and the predicted wavelength to the results.
     pub dispersion: bool,
-}
-
-/// Growth of the domain, the same in all directions and places: cells grow, their number stays.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Growth {
-    /// How the length L depends on time.
-    #[serde(default)]
-    pub law: Law,
-    /// Growth rate of L / L(0) at time 0 (1/time).
-    pub rate: f64,
-    /// L / L(0) at which logistic growth ends, above 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub limit: Option<f64>,
-    /// Whether growth dilutes the concentrations.
-    #[serde(default = "yes")]
-    pub dilution: bool,
-}
-
-/// How the length of a growing domain depends on time, at growth rate r.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Law {
-    /// `exp(r t)`.
-    #[default]
-    Exponential,
-    /// `1 + r t`.
-    Linear,
-    /// `m / (1 + (m - 1) exp(-r t))`, m the limit.
-    Logistic,
-}
-
-fn yes() -> bool {
-    true
 }
 
 /// Cells along each axis.
@@ -309,129 +249,7 @@ pub enum CurveSpeed {
     Off,
 }
 
-/// Lays `over` on `base`: tables key by key, anything else as a whole.
-fn lay(base: &mut toml::Table, over: &toml::Table) {
-    for (key, value) in over {
-        match (base.get_mut(key), value) {
-            (Some(toml::Value::Table(base)), toml::Value::Table(over)) => lay(base, over),
-            _ => {
-                base.insert(key.clone(), value.clone());
-            }
-        }
-    }
-}
-
-fn parse(text: &str) -> Result<toml::Table> {
-    text.parse().map_err(|e: toml::de::Error| Error::config("preset", e.to_string()))
-}
-
-/// The configuration that `user` asks for: [`COMMON`], then the defaults of a kinetics,
-/// then a preset, then `user`'s own keys. The preset is the one under the key `preset`,
-/// else the first of the kinetics, else the first of all.
-pub(super) fn resolve(user: &toml::Table) -> Result<Config> {
-    let mut user = user.clone();
-    let text = |key: &str, value: &toml::Value| {
-        value.as_str().map(str::to_owned).ok_or_else(|| {
-            Error::config(key, format!("expected a name, found {}", value.type_str()))
-        })
-    };
-    let preset = user.remove("preset").map(|v| text("preset", &v)).transpose()?;
-    let named = user.get("kinetics").map(|v| text("kinetics", v)).transpose()?;
-    let mut table = parse(COMMON)?;
-    if let Some((kinetics, preset)) = beginning(preset.as_deref(), named.as_deref())? {
-        lay(&mut table, &parse(kinetics.defaults)?);
-        lay(&mut table, &parse(preset.config)?);
-    }
-    // A table of the preset that the user replaces by something else is replaced whole.
-    lay(&mut table, &user);
-    let config: Config = crate::from_table(&table)?;
-    config.check()?;
-    Ok(config)
-}
-
-/// The kinetics and the preset that a configuration begins with; none for formulas.
-fn beginning(
-    preset: Option<&str>,
-    named: Option<&str>,
-) -> Result<Option<(&'static kinetics::Kinetics, &'static Preset)>> {
-    let all = || kinetics::KINETICS.iter().flat_map(|k| k.presets.iter().map(move |p| (*k, p)));
-    let Some(name) = preset else {
-        return match named {
-            Some(FORMULAS) => Ok(None),
-            Some(name) => {
-                let kinetics = lookup(name)?;
-                Ok(kinetics.presets.first().map(|preset| (kinetics, preset)))
-            }
-            None => Ok(all().next()),
-        };
-    };
-    let Some((kinetics, preset)) = all().find(|(_, preset)| preset.name == name) else {
-        let known: Vec<_> = all().map(|(_, preset)| preset.name).collect();
-        return Err(Error::config("preset", format!("no `{name}`; known: {}", known.join(", "))));
-    };
-    if let Some(named) = named.filter(|&named| named != kinetics.name) {
-        let reason = format!("`{named}` does not go with preset `{name}` of `{}`", kinetics.name);
-        return Err(Error::config("kinetics", reason));
-    }
-    Ok(Some((kinetics, preset)))
-}
-
-/// The kinetics of that name, or an error that lists the known ones.
-pub(super) fn lookup(name: &str) -> Result<&'static kinetics::Kinetics> {
-    kinetics::find(name).ok_or_else(|| {
-        let known: Vec<_> = kinetics::KINETICS.iter().map(|k| k.name).collect();
-        let reason = format!("no `{name}`; known: {}, formulas", known.join(", "));
-        Error::config("kinetics", reason)
-    })
-}
-
-/// More than any grid has cells for: a pattern of one wave has none left there.
-const GREATEST_SCALE: f64 = 1000.0;
-
-impl Growth {
-    /// As the solvers want it.
-    fn law(&self) -> Result<solvers::diffusion::Growth> {
-        let law = match (self.law, self.limit) {
-            (Law::Exponential, None) => GrowthLaw::Exponential,
-            (Law::Linear, None) => GrowthLaw::Linear,
-            (Law::Logistic, Some(limit)) => GrowthLaw::Logistic { limit },
-            (Law::Logistic, None) => {
-                return Err(Error::config("growth.limit", "logistic growth needs one, above 1"));
-            }
-            (_, Some(_)) => {
-                let reason = "only logistic growth ends at one";
-                return Err(Error::config("growth.limit", reason));
-            }
-        };
-        solvers::diffusion::Growth::new(law, self.rate).map_err(|error| match error {
-            solvers::Error::OutOfRange { name, value, range } => {
-                Error::range(&format!("growth.{name}"), value, &range)
-            }
-            other => other.into(),
-        })
-    }
-}
-
 impl Config {
-    /// The growth of the domain, if it grows.
-    pub(super) fn growth(&self) -> Result<Option<solvers::diffusion::Growth>> {
-        let Some(growth) = &self.growth else { return Ok(None) };
-        let law = growth.law()?;
-        let end = law.scale(self.dt * self.iterations as f64);
-        if end > GREATEST_SCALE || end.is_nan() {
-            let reason = format!(
-                "{} makes the domain {end:.3e} times as long by the end, at most {GREATEST_SCALE}",
-                growth.rate
-            );
-            return Err(Error::config("growth.rate", reason));
-        }
-        if self.dispersion {
-            let reason = "linear theory is for a domain of one size; leave out growth";
-            return Err(Error::config("dispersion", reason));
-        }
-        Ok(Some(law))
-    }
-
     /// The axes of the grid.
     pub(super) fn axes(&self) -> Vec<usize> {
         match &self.size {
@@ -440,7 +258,8 @@ impl Config {
         }
     }
 
-    fn check(&self) -> Result<()> {
+    /// Refuses values out of range.
+    pub(super) fn check(&self) -> Result<()> {
         let positive = |key: &str, value: f64| {
             let good = value > 0.0 && value.is_finite();
             if good { Ok(()) } else { Err(Error::range(key, value, "(0, inf)")) }

@@ -12,26 +12,26 @@
 
 pub mod config;
 mod curve;
+mod front;
 mod general;
 mod grown;
+pub mod growth;
 pub mod kinetics;
 mod measure;
+mod perturb;
+mod pictures;
+mod resolve;
 mod setup;
 pub mod stepper;
 
-use crate::contour;
-use crate::{
-    Artifact, Axis, Colors, Context, Error, Image, Mark, Metric, Model, Plot, Result, Run, Series,
-    State, Status,
-};
+use crate::{Artifact, Context, Error, Image, Metric, Model, Result, Run, State, Status};
 use config::{Config, CurveSpeed};
 use curve::{Border, Curve};
 use measure::Prediction;
 use setup::Start;
+use solvers::Field;
 use solvers::diffusion::Growth;
-use solvers::level_set::Shape;
 use solvers::spectral::RadialSpectrum;
-use solvers::{Field, Grid, isosurface, random};
 use stepper::{Stepper, Stretch};
 
 /// Registry entry.
@@ -75,7 +75,7 @@ struct Rd {
 }
 
 fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
-    let config = config::resolve(table)?;
+    let config = resolve::resolve(table)?;
     let growth = config.growth()?;
     let start = Start::new(&config, context)?;
     let names = start.chemistry.species.clone();
@@ -93,7 +93,7 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
     let curve = match config.curve.speed {
         CurveSpeed::Off => None,
         _ => {
-            let phi = first_curve(&config.curve, start.setup.grid, context)?;
+            let phi = front::phi(&config.curve, start.setup.grid, context)?;
             Some(Curve::new(phi, config.boundary, &config.curve)?)
         }
     };
@@ -125,50 +125,6 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
     run.keep_snapshot();
     run.keep_history(0);
     Ok(Box::new(run))
-}
-
-/// phi of the curve at the start: from lines, by name, or negative in the dark half of a picture.
-fn first_curve(curve: &config::Curve, grid: Grid, context: &Context<'_>) -> Result<Field> {
-    if let Some(path) = &curve.contour {
-        return contour::phi("curve.contour", path, grid, context);
-    }
-    let axes: Vec<f64> = grid.axes().iter().map(|&n| n as f64).collect();
-    let least = axes.iter().copied().fold(f64::INFINITY, f64::min);
-    let center = solvers::level_set::shapes::Point(grid.center());
-    match curve.start.as_str() {
-        // Radius 30 on the paper's 80 x 80 cells.
-        "circle" => Ok(Shape::Circle { center, radius: 0.375 * least }.field(grid)?),
-        "border" => Ok(Field::from_fn(grid, |p| {
-            let to_border = |axis: usize| {
-                let n = grid.shape()[2 - axis] as f64;
-                if n == 1.0 { f64::INFINITY } else { p[axis].min(n - 1.0 - p[axis]) }
-            };
-            // Inside is all but the outermost cells.
-            1.5 - (0..3).map(to_border).fold(f64::INFINITY, f64::min)
-        })),
-        "seeds" => {
-            let mut places = random::stream(context.seed, "curve seeds", 0);
-            let shapes = (0..16)
-                .map(|_| {
-                    let at = [0, 1, 2].map(|axis| {
-                        random::uniform(&mut places) * (grid.shape()[2 - axis] - 1) as f64
-                    });
-                    let center = solvers::level_set::shapes::Point(at);
-                    Shape::Circle { center, radius: (0.04 * least).max(1.5) }
-                })
-                .collect();
-            Ok(Shape::Union { shapes }.field(grid)?)
-        }
-        path => {
-            let key = "curve.start";
-            let mut image = context.inputs.field(key, path)?;
-            image
-                .check_shape(&format!("`{path}`"), grid)
-                .map_err(|error| Error::config(key, error.to_string()))?;
-            image.as_mut_slice().iter_mut().for_each(|v| *v -= 0.5);
-            Ok(image)
-        }
-    }
 }
 
 impl Rd {
@@ -272,81 +228,12 @@ impl Rd {
         }
     }
 
-    /// The history of a row as a picture: x to the right, time downwards.
-    fn history_artifact(&self) -> Option<Artifact> {
-        let nx = self.c.as_slice().len();
-        let grid = Grid::new(&[self.history.len() / nx, nx], 1.0).ok()?;
-        let field = Field::from_vec(grid, self.history.clone()).ok()?;
-        let name = &self.names[self.ink];
-        Some(Artifact::Image(Image {
-            name: "history".into(),
-            field,
-            label: format!(
-                "{name} (concentration), a row down every {} iterations",
-                self.history_every()
-            ),
-            colors: Colors::Sequential,
-            range: None,
-            contour: None,
-        }))
-    }
-
     fn finish(&mut self) -> Result<()> {
         if let Some(mut curve) = self.curve.take() {
             curve.finish(self.border(), self.config.curve.finish)?;
             self.curve = Some(curve);
         }
         Ok(())
-    }
-
-    fn image(&self, name: &str, field: Field, phi: &Field) -> Image {
-        Image {
-            name: name.into(),
-            field,
-            label: format!("{name} (concentration)"),
-            colors: Colors::Sequential,
-            range: None,
-            contour: Some(phi.clone()),
-        }
-    }
-
-    fn ink_image(&self, phi: Field) -> Image {
-        Image {
-            name: "ink".into(),
-            field: phi.clone(),
-            label: "ink".into(),
-            colors: Colors::Ink,
-            range: None,
-            contour: Some(phi),
-        }
-    }
-
-    /// Snapshots as panels of a plot (1D) or as pictures.
-    fn snapshot_artifacts(&self, phi: &Field) -> Vec<Artifact> {
-        let name = &self.names[self.ink];
-        if self.c.grid().dim() > 1 {
-            let image = |(n, field): &(u64, Field)| {
-                let mut image = self.image(&format!("{name}-{n}"), field.clone(), phi);
-                image.contour = None;
-                Artifact::Image(image)
-            };
-            return self.snapshots.iter().map(image).collect();
-        }
-        if self.snapshots.is_empty() {
-            return Vec::new();
-        }
-        let series = |(n, field): &(u64, Field)| Series {
-            label: format!("iteration {n}"),
-            points: field.as_slice().iter().enumerate().map(|(i, &v)| [i as f64, v]).collect(),
-            mark: if *n == 0 { Mark::Dashed } else { Mark::Line },
-        };
-        vec![Artifact::Plot(Plot {
-            name: "snapshots".into(),
-            title: format!("Concentration of {name} across the row"),
-            x: Axis::linear("x (cells)"),
-            y: Axis::linear(&format!("{name} (concentration)")),
-            series: self.snapshots.iter().map(series).collect(),
-        })]
     }
 }
 
@@ -418,36 +305,7 @@ impl Run for Rd {
     }
 
     fn artifacts(&self) -> Vec<Artifact> {
-        let phi = self.phi();
-        let grid = phi.grid();
-        let mut artifacts = vec![Artifact::Image(self.ink_image(phi.clone()))];
-        for (species, name) in self.names.iter().enumerate() {
-            let mut field = Field::constant(grid, 0.0);
-            self.stepper.copy_into(species, &mut field);
-            artifacts.push(Artifact::Image(self.image(name, field, &phi)));
-        }
-        match grid.dim() {
-            2 => artifacts.push(Artifact::contour("contour", &phi)),
-            3 => {
-                if let Ok(mesh) = isosurface::triangulate(&phi, 0.0, isosurface::Caps::Closed) {
-                    artifacts.push(Artifact::Mesh { name: "surface".into(), mesh });
-                }
-            }
-            _ => {}
-        }
-        let predicted = self.prediction.as_ref().and_then(|p| p.wavelength);
-        if let Some(spectrum) = self.spectrum() {
-            artifacts.push(Artifact::Plot(measure::spectrum_plot(&spectrum, predicted)));
-            if let Some(prediction) = &self.prediction {
-                let plot = measure::dispersion_plot(prediction, spectrum.peak_wavelength());
-                artifacts.push(Artifact::Plot(plot));
-            }
-        }
-        artifacts.extend(self.snapshot_artifacts(&phi));
-        if grid.dim() == 1 {
-            artifacts.extend(self.history_artifact());
-        }
-        artifacts
+        self.pictures()
     }
 
     fn frame(&self) -> Option<Image> {
