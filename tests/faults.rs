@@ -210,6 +210,14 @@ fn run_files_with_mistakes_are_quoted_by_line() {
         "command = \"level-set\"\n[config]\n\n[[config.speed]]\nkind = \"warp\"\n",
         &["run.toml:", "warp"],
     );
+    let many: String = (0..33).map(|n| format!("s{n} = \"0\"\n")).collect();
+    lab.refuses_toml(
+        &format!(
+            "command = \"rd\"\n[config]\nkinetics = \"formulas\"\ncurve.speed = \"off\"\n\
+             ink = {{ species = \"s0\", level = \"mean\", below = false }}\n[config.formulas]\n{many}"
+        ),
+        &["formulas", "33 species, at most 32"],
+    );
     lab.write("run.json", b"{\"command\": \"rd\"}");
     lab.refuses(&["run", "run.json"], &["run.json", "version"]);
 }

@@ -64,11 +64,11 @@ fn spots_over_eight_seeds() {
     }
 }
 
-/// Ten troughs of wavelength 8.69 (predicted along an axis: 8.694). The troughs themselves tell
-/// it to 1 %: they stand on whole or half cells, so that each of the eight distances between
-/// nine of them is 8, 8.5 or 9 and their mean is uncertain by half a cell in 70, .7 %. The
-/// spectrum cannot: the mirrored row has modes of 160/n cells, about 8.7 those of 8.89 and
-/// 8.42, and its peak may be off by half of their distance, 2.7 %.
+/// Ten troughs of wavelength 8.69 (predicted along an axis: 8.694). The grid pins them, so that
+/// nine of them are 8.1 to 8.2 or 8.9 to 9 apart: one distance more of the other kind would
+/// change the mean of the eight by .8 / 8 = .1, 1 % of the wavelength. The spectrum tells less:
+/// the mirrored row has modes of 160/n cells, around 8.69 those of 8.89 and 8.42, and a peak
+/// between two modes may be off by half of their distance, 2.7 %.
 #[test]
 fn stripes_have_ten_troughs() {
     let mut stripes = start("preset = 'stripes'", 0);

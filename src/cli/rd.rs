@@ -64,7 +64,7 @@ pub(super) struct Args {
     /// A parameter of the kinetics: a number or a picture (repeatable).
     #[arg(long, value_name = "NAME=VALUE")]
     param: Vec<String>,
-    /// Diffusion of a species, cells^2/time (repeatable).
+    /// Diffusion of a species, cells^2/time (repeatable) [default: the preset's].
     #[arg(long, value_name = "SPECIES=VALUE")]
     diffusion: Vec<String>,
     /// Growth rate of the domain, 1/time: cells grow with it, their number stays [default: the
@@ -75,7 +75,7 @@ pub(super) struct Args {
     /// logistic, which ends at --growth-limit [default: exponential].
     #[arg(long, value_parser = ["exponential", "linear", "logistic"])]
     growth_law: Option<String>,
-    /// Length over that of the start at which logistic growth ends, above 1.
+    /// Length over that of the start at which logistic growth ends, above 1 [default: none].
     #[arg(long, value_name = "SCALE", allow_negative_numbers = true)]
     growth_limit: Option<f64>,
     /// Let growth not dilute the concentrations.

@@ -8,7 +8,7 @@ use super::resolve;
 use super::stepper::{Precision, Setup, Stepper};
 use crate::{Context, Error, Result};
 use solvers::diffusion::explicit::{Parameter, Stencil};
-use solvers::diffusion::{Diffusivity, FaceMean, Reaction, Tensor};
+use solvers::diffusion::{Diffusivity, FaceMean, MOST_SPECIES, Reaction, Tensor};
 use solvers::expression::FormulaReaction;
 use solvers::{Field, Grid};
 use std::collections::BTreeMap;
@@ -39,6 +39,13 @@ impl Chemistry {
         }
         if config.formulas.is_empty() {
             return Err(Error::config("formulas", "there is none; give one for each species"));
+        }
+        if config.formulas.len() > MOST_SPECIES {
+            let count = config.formulas.len();
+            return Err(Error::config(
+                "formulas",
+                format!("{count} species, at most {MOST_SPECIES}"),
+            ));
         }
         let any = [f64::NEG_INFINITY, f64::INFINITY];
         Ok(Self {

@@ -13,10 +13,11 @@ pub use euler::Euler;
 pub use growth::{Growth, GrowthLaw};
 pub use operator::{Diffusivity, FaceMean, Operator};
 pub use operator_tensor::Tensor;
+pub use rates::MOST_SPECIES;
 pub use semi_implicit::{ImexScheme, SemiImplicit, SemiImplicitConfig};
 pub mod explicit;
 
-/// The reaction part `f(u, x)` of a reaction-diffusion system of at most 32 species, in 64-bit floats.
+/// The reaction part `f(u, x)` of a reaction-diffusion system of at most [`MOST_SPECIES`] species, in 64-bit floats.
 pub trait Reaction: Sync {
     /// Number of species.
     fn species(&self) -> usize;

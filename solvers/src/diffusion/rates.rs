@@ -6,8 +6,8 @@ use rayon::prelude::*;
 /// all species of a chunk stay in the first-level caches.
 const CHUNK: usize = 4096;
 
-/// Most species of a reaction: the list of their pieces stands on the stack of a call.
-const MOST_SPECIES: usize = 32;
+/// Most species of a [`Reaction`] in a stepper: the list of their pieces stands on the stack of a call.
+pub const MOST_SPECIES: usize = 32;
 
 /// Evaluates the reaction on whole fields, fixed chunks in parallel, without allocating.
 pub(super) fn evaluate(reaction: &dyn Reaction, u: &[Vec<f64>], rates: &mut [Vec<f64>]) {
