@@ -25,9 +25,11 @@ fn encode(artifact: &Artifact) -> Result<Vec<NamedBytes>> {
             Ok(vec![bytes(&image.name, "png", write)?])
         }
         Artifact::Contour { name, lines, size } => {
-            let file =
-                bytes(name, "svg", |out| svg::write_svg(lines, *size, svg::Style::default(), out));
-            Ok(vec![file?])
+            let style = svg::Style::default();
+            Ok(vec![
+                bytes(name, "svg", |out| svg::write_svg(lines, *size, style, out))?,
+                bytes(name, "csv", |out| csv::write_lines(lines, out))?,
+            ])
         }
         Artifact::Mesh { name, mesh } => Ok(vec![
             bytes(name, "ply", |out| mesh::write_ply(mesh, out))?,

@@ -1,27 +1,36 @@
 //! Checkpoints on disk: an NPZ archive of a run's [`State`].
 
+use crate::output::npy;
 use anyhow::{Context as _, Result, bail};
-use ndarray::{Array1, Ix1, OwnedRepr};
-use ndarray_npy::{NpzReader, NpzWriter};
 use patterns::{State, Values};
-use std::{fs::File, io::Cursor, path::Path};
+use std::{
+    fs::File,
+    io::{Cursor, Read as _},
+    path::Path,
+};
+use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
 
 /// Name of the checkpoint in an output folder.
 pub const FILE: &str = "checkpoint.npz";
 
-/// The archive's bytes.
+/// The archive's bytes: an NPZ of one-dimensional arrays, not compressed.
 ///
 /// # Errors
 /// If the archive cannot be built.
 pub fn to_bytes(state: &State) -> Result<Vec<u8>> {
-    let mut archive = NpzWriter::new(Cursor::new(Vec::new()));
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, values) in &state.arrays {
-        match values {
-            Values::F64(v) => archive.add_array(name, &Array1::from(v.clone()))?,
-            Values::F32(v) => archive.add_array(name, &Array1::from(v.clone()))?,
-            Values::U64(v) => archive.add_array(name, &Array1::from(v.clone()))?,
-            Values::U8(v) => archive.add_array(name, &Array1::from(v.clone()))?,
-        }
+        let (descr, count, data): (_, _, Vec<u8>) = match values {
+            Values::F64(v) => ("<f8", v.len(), v.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            Values::F32(v) => ("<f4", v.len(), v.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            Values::U64(v) => ("<u8", v.len(), v.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            Values::U8(v) => ("|u1", v.len(), v.clone()),
+        };
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(data.len() >= u32::MAX as usize);
+        archive.start_file(format!("{name}.npy"), options)?;
+        npy::write_raw(descr, count, &data, &mut archive)?;
     }
     Ok(archive.finish()?.into_inner())
 }
@@ -31,26 +40,36 @@ pub fn to_bytes(state: &State) -> Result<Vec<u8>> {
 /// # Errors
 /// If the file is missing, truncated or holds other types.
 pub fn read(path: &Path) -> Result<State> {
-    let broken = || format!("the checkpoint `{}` cannot be used", path.display());
-    let file = File::open(path).with_context(broken)?;
-    let mut archive = NpzReader::new(file).with_context(broken)?;
-    let mut state = State::default();
-    for file in archive.names().with_context(broken)? {
-        let name = file.trim_end_matches(".npy").to_owned();
-        let values = if let Ok(a) = archive.by_name::<OwnedRepr<f64>, Ix1>(&file) {
-            Values::F64(a.into_raw_vec_and_offset().0)
-        } else if let Ok(a) = archive.by_name::<OwnedRepr<f32>, Ix1>(&file) {
-            Values::F32(a.into_raw_vec_and_offset().0)
-        } else if let Ok(a) = archive.by_name::<OwnedRepr<u64>, Ix1>(&file) {
-            Values::U64(a.into_raw_vec_and_offset().0)
-        } else if let Ok(a) = archive.by_name::<OwnedRepr<u8>, Ix1>(&file) {
-            Values::U8(a.into_raw_vec_and_offset().0)
-        } else {
-            bail!("{}: `{name}` is truncated or of an unknown type", broken());
-        };
-        state.arrays.insert(name, values);
-    }
-    Ok(state)
+    let arrays = || -> Result<State> {
+        let mut archive = ZipArchive::new(File::open(path)?)?;
+        let mut state = State::default();
+        for n in 0..archive.len() {
+            let mut file = archive.by_index(n)?;
+            let name = file.name().trim_end_matches(".npy").to_owned();
+            let mut bytes = Vec::new();
+            file.read_to_end(&mut bytes).with_context(|| format!("`{name}`"))?;
+            let values = values(&bytes).with_context(|| format!("`{name}`"))?;
+            state.arrays.insert(name, values);
+        }
+        Ok(state)
+    };
+    arrays().with_context(|| format!("the checkpoint `{}` cannot be used", path.display()))
+}
+
+/// An array from the bytes of an NPY.
+fn values(bytes: &[u8]) -> Result<Values> {
+    let (descr, data) = npy::read_raw(bytes)?;
+    Ok(match descr.as_str() {
+        "<f8" => Values::F64(numbers(data, f64::from_le_bytes)),
+        "<f4" => Values::F32(numbers(data, f32::from_le_bytes)),
+        "<u8" => Values::U64(numbers(data, u64::from_le_bytes)),
+        "|u1" => Values::U8(data.to_vec()),
+        other => bail!("elements of type `{other}`, which no checkpoint has"),
+    })
+}
+
+fn numbers<V, const N: usize>(data: &[u8], read: fn([u8; N]) -> V) -> Vec<V> {
+    data.as_chunks::<N>().0.iter().map(|&bytes| read(bytes)).collect()
 }
 
 #[cfg(test)]

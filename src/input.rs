@@ -4,6 +4,7 @@ use crate::output::{csv, npy, vti};
 use anyhow::{Context as _, Result, bail, ensure};
 use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader};
 use ndarray::{ArrayD, Dimension as _, IxDyn};
+use solvers::isosurface::Polyline;
 use std::{fs, io::Cursor, path::Path};
 
 /// Greatest size of an input as f64 values, bytes: 2 GiB, an image of 16384 x 16384.
@@ -56,6 +57,23 @@ pub fn load_array(path: &Path, limit: u64) -> Result<ArrayD<f64>> {
         let most = limit.saturating_mul(4);
         ensure!(about.len() <= most, "{} bytes, more than the limit of {most}", about.len());
         decode(&fs::read(path)?, path, limit)
+    };
+    read().with_context(|| format!("cannot read `{}`", path.display()))
+}
+
+/// Reads closed lines from a CSV (see [`csv::read_lines`]), and the file's bytes.
+///
+/// # Errors
+/// With the file's name and the line: no such file, a folder, no text, more than
+/// [`LIMIT`] bytes, or as [`csv::read_lines`].
+pub fn load_lines(path: &Path) -> Result<(Vec<Polyline>, Vec<u8>)> {
+    let read = || -> Result<_> {
+        let about = fs::metadata(path)?;
+        ensure!(!about.is_dir(), "a folder; wanted is a CSV of points");
+        ensure!(about.len() <= LIMIT, "{} bytes, more than the limit of {LIMIT}", about.len());
+        let bytes = fs::read(path)?;
+        let text = std::str::from_utf8(&bytes).context("no text; wanted is a CSV of points")?;
+        Ok((csv::read_lines(text)?, bytes))
     };
     read().with_context(|| format!("cannot read `{}`", path.display()))
 }

@@ -1,7 +1,7 @@
 //! The files that a configuration names: looked up, read, and kept for the output folder.
 
 use patterns::{Error, Inputs};
-use solvers::Field;
+use solvers::{Field, isosurface::Polyline};
 use std::{
     cell::RefCell,
     path::{Path, PathBuf},
@@ -59,11 +59,21 @@ impl FileInputs {
 impl Inputs for FileInputs {
     fn field(&self, key: &str, path: &str) -> patterns::Result<Field> {
         let file = self.find(path);
-        let broken =
-            |error: anyhow::Error| Error::Input { key: key.into(), reason: format!("{error:#}") };
-        let values = crate::input::load_field(&file).map_err(broken)?;
-        let bytes = std::fs::read(&file).map_err(|error| broken(error.into()))?;
+        let values = crate::input::load_field(&file).map_err(|error| broken(key, &error))?;
+        let bytes = std::fs::read(&file).map_err(|error| broken(key, &error.into()))?;
         self.remember(path, &file, bytes);
-        Field::from_array(values, 1.0).map_err(|error| broken(error.into()))
+        Field::from_array(values, 1.0).map_err(|error| broken(key, &error.into()))
     }
+
+    fn lines(&self, key: &str, path: &str) -> patterns::Result<Vec<Polyline>> {
+        let file = self.find(path);
+        let (lines, bytes) =
+            crate::input::load_lines(&file).map_err(|error| broken(key, &error))?;
+        self.remember(path, &file, bytes);
+        Ok(lines)
+    }
+}
+
+fn broken(key: &str, error: &anyhow::Error) -> Error {
+    Error::Input { key: key.into(), reason: format!("{error:#}") }
 }

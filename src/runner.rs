@@ -24,6 +24,25 @@ pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Checkpoints are this far apart unless `--checkpoint-every` counts iterations.
 const CHECKPOINT_SECONDS: u64 = 60;
 
+/// Format of the animation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Film {
+    /// `animation.gif`.
+    #[default]
+    Gif,
+    /// `animation.apng`.
+    Apng,
+}
+
+impl Film {
+    fn file(self) -> &'static str {
+        match self {
+            Self::Gif => "animation.gif",
+            Self::Apng => "animation.apng",
+        }
+    }
+}
+
 /// How a run is watched and where it is written.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -35,13 +54,16 @@ pub struct Options {
     pub checkpoint_every: Option<u64>,
     /// Frames of the animation, 0 for none.
     pub frames: u64,
+    /// Format of the animation.
+    pub film: Film,
     /// No progress bar.
     pub quiet: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { out: None, force: false, checkpoint_every: None, frames: 100, quiet: true }
+        let film = Film::default();
+        Self { out: None, force: false, checkpoint_every: None, frames: 100, film, quiet: true }
     }
 }
 
@@ -65,6 +87,9 @@ struct Session<'a> {
     folder: Folder,
     manifest: Manifest,
     options: &'a Options,
+    /// Frames and format of the animation, of a resumed run those of its start.
+    frames: u64,
+    film: Film,
     start: Instant,
     /// Whether the folder holds a checkpoint, so that a failure keeps it.
     saved: bool,
@@ -101,8 +126,9 @@ pub fn run(request: &Request, options: &Options) -> Result<Outcome> {
         metrics: std::collections::BTreeMap::new(),
         files: folder.files(),
     };
-    let recorder = Recorder::new(run.expected_iterations(), options.frames);
-    Session { run, recorder, folder, manifest, options, start, saved: false }.go()
+    let Options { frames, film, .. } = *options;
+    let recorder = Recorder::new(run.expected_iterations(), frames);
+    Session { run, recorder, folder, manifest, options, frames, film, start, saved: false }.go()
 }
 
 /// Goes on with the run of an output folder from its checkpoint.
@@ -127,11 +153,17 @@ pub fn resume(path: &Path, options: &Options) -> Result<Outcome> {
         .with_context(|| format!("{}", path.join("run.json").display()))?;
     run.restore(&state)?;
     let frames = state.all_u64("lab.frames_wanted")?.first().copied().unwrap_or(0);
+<<<<<<< HEAD
     let mut recorder = Recorder::new(run.expected_iterations(), frames);
+=======
+    let apng = state.all_u64("lab.apng")?.first() == Some(&1);
+    let film = if apng { Film::Apng } else { Film::Gif };
+    let mut recorder = Recorder::new(run.max_iterations(), frames);
+>>>>>>> wt-rd
     recorder.restore(&state, run.as_ref())?;
     let mut folder = Folder::open(path);
     folder.adopt(&manifest.files);
-    Session { run, recorder, folder, manifest, options, start, saved: true }.go()
+    Session { run, recorder, folder, manifest, options, frames, film, start, saved: true }.go()
 }
 
 /// Says where a refused value was given; the motion of a mechanism is drawn beside the
@@ -235,7 +267,8 @@ impl Session<'_> {
     fn save_checkpoint(&mut self) -> Result<()> {
         let mut state = self.run.save();
         self.recorder.save(&mut state);
-        state.put_u64("lab.frames_wanted", &[self.options.frames]);
+        state.put_u64("lab.frames_wanted", &[self.frames]);
+        state.put_u64("lab.apng", &[u64::from(self.film == Film::Apng)]);
         self.manifest.iterations = self.run.iterations();
         // First the manifest: a checkpoint without one could not be resumed.
         self.write_manifest()?;
@@ -260,9 +293,9 @@ impl Session<'_> {
             self.folder.write(&name, &bytes)?;
         }
         if self.recorder.animation().len() > 1 {
-            let mut film = Vec::new();
-            self.recorder.animation().write_gif(&mut film)?;
-            self.folder.write("animation.gif", &film)?;
+            let (mut film, file) = (Vec::new(), self.film.file());
+            self.recorder.animation().write(Path::new(file), &mut film)?;
+            self.folder.write(file, &film)?;
         }
         self.write_manifest()?;
         let timing = serde_json::json!({
@@ -292,11 +325,14 @@ fn progress_bar(run: &dyn Run, quiet: bool) -> ProgressBar {
 
 /// Replaces the path that a configuration names by the copy in the output folder.
 fn rename_input(config: &mut toml::Table, from: &str, to: &str) {
-    for (_, value) in config.iter_mut() {
-        match value {
-            toml::Value::String(text) if text == from => *text = to.into(),
-            toml::Value::Table(table) => rename_input(table, from, to),
-            _ => {}
-        }
+    config.iter_mut().for_each(|(_, value)| rename_in(value, from, to));
+}
+
+fn rename_in(value: &mut toml::Value, from: &str, to: &str) {
+    match value {
+        toml::Value::String(text) if text == from => *text = to.into(),
+        toml::Value::Table(table) => rename_input(table, from, to),
+        toml::Value::Array(list) => list.iter_mut().for_each(|value| rename_in(value, from, to)),
+        _ => {}
     }
 }

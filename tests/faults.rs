@@ -116,6 +116,28 @@ fn flags_out_of_range() {
     lab.refuses(&["level-set", "--shape", "blob"], &["--shape", "blob", "star"]);
     lab.refuses(&["level-set", "--speed", "warp=9"], &["--speed warp=9", "curvature"]);
     lab.refuses(&["level-set", "--speed", "curvature=-1"], &["--speed", "-1", "(0, inf)"]);
+    lab.refuses(&["rd", "--growth", "-1"], &["--growth", "-1", "[0, inf)"]);
+    lab.refuses(&["rd", "--growth", "nan"], &["--growth", "NaN", "[0, inf)"]);
+    lab.refuses(&["rd", "--growth", "1"], &["--growth", "times as long", "1000"]);
+    lab.refuses(&["rd", "--growth-law", "linear"], &["--growth-law", "rate"]);
+    lab.refuses(&["rd", "--growth", "0", "--growth-law", "cubic"], &["--growth-law", "cubic"]);
+    lab.refuses(&["rd", "--growth", "0", "--growth-law", "logistic"], &["growth.limit"]);
+    lab.refuses(&["rd", "--growth", "0", "--growth-limit", "2"], &["--growth-limit", "logistic"]);
+    lab.refuses(
+        &["rd", "--growth", "0", "--growth-law", "logistic", "--growth-limit", "1"],
+        &["--growth-limit", "1", "(1, inf)"],
+    );
+    lab.refuses(&["rd", "--growth", "0", "--dispersion"], &["--dispersion", "growth"]);
+    lab.refuses(
+        &["rd", "--kinetics", "swift-hohenberg", "--diffusion", "u=1"],
+        &["--diffusion u=1", "no diffusion"],
+    );
+    lab.refuses(&["rd", "--animation", "mp4"], &["--animation", "mp4", "apng"]);
+    lab.refuses(&["level-set", "--union", "blob"], &["--union", "blob", "star"]);
+    lab.refuses(&["level-set", "--union", "circle,r=3"], &["--union circle,r=3", "size"]);
+    lab.refuses(&["level-set", "--subtract", "star,x=a"], &["--subtract star,x=a", "x=NUMBER"]);
+    lab.refuses(&["level-set", "--intersect", "star,size=-3"], &["--intersect", "-3", "(0, inf)"]);
+    lab.refuses(&["level-set", "--union", "star,x=inf"], &["--union", "inf"]);
     lab.refuses(&["figure", "9.9"], &["9.9", "1.5"]);
     lab.refuses(&["list", "nope"], &["nope", "level-set"]);
     lab.refuses(&["paint"], &["paint"]);
@@ -147,6 +169,34 @@ fn files_that_cannot_be_used() {
 }
 
 #[test]
+fn lines_that_cannot_be_used() {
+    let lab = Lab::new();
+    lab.write("word.csv", b"x,y\n1,2\n3,four\n");
+    lab.write("short.csv", b"1,1\n2,2\n\n5,5\n6,6\n7,5\n");
+    lab.write("mixed.csv", b"1,1\n2,2\n0,5,5\n");
+    lab.write("wide.csv", b"1,1,1,1\n");
+    lab.write("nan.csv", b"1,1\n2,nan\n3,3\n");
+    lab.write("far.csv", b"1,1\n900,1\n1,9\n");
+    lab.write("none.csv", b"# nothing\n");
+    for command in ["level-set", "rd"] {
+        let with = |file: &'static str| [command, "--contour", file];
+        lab.refuses(&with("missing.csv"), &["--contour", "missing.csv"]);
+        lab.refuses(&with("."), &["--contour", "folder"]);
+        lab.refuses(&with("good.png"), &["--contour", "good.png", "no text"]);
+        lab.refuses(&with("word.csv"), &["--contour", "word.csv", "line 3", "four"]);
+        lab.refuses(&with("short.csv"), &["--contour", "short.csv", "line 1", "2 points"]);
+        lab.refuses(&with("mixed.csv"), &["--contour", "mixed.csv", "line 3"]);
+        lab.refuses(&with("wide.csv"), &["--contour", "wide.csv", "line 1", "4 numbers"]);
+        lab.refuses(&with("nan.csv"), &["--contour", "nan.csv", "line 2", "NaN"]);
+        lab.refuses(&with("far.csv"), &["--contour", "far.csv", "(900, 1)"]);
+        lab.refuses(&with("none.csv"), &["--contour", "none.csv", "no points"]);
+    }
+    lab.refuses(&["level-set", "--contour", "far.csv", "--shape", "star"], &["--shape"]);
+    lab.refuses(&["level-set", "--contour", "far.csv", "--size", "20x20x20"], &["2 axes"]);
+    lab.refuses(&["rd", "--contour", "far.csv", "--start", "border"], &["--start"]);
+}
+
+#[test]
 fn run_files_with_mistakes_are_quoted_by_line() {
     let lab = Lab::new();
     lab.refuses(&["run", "missing.toml"], &["missing.toml"]);
@@ -159,6 +209,14 @@ fn run_files_with_mistakes_are_quoted_by_line() {
     lab.refuses_toml(
         "command = \"level-set\"\n[config]\n\n[[config.speed]]\nkind = \"warp\"\n",
         &["run.toml:", "warp"],
+    );
+    let many: String = (0..33).map(|n| format!("s{n} = \"0\"\n")).collect();
+    lab.refuses_toml(
+        &format!(
+            "command = \"rd\"\n[config]\nkinetics = \"formulas\"\ncurve.speed = \"off\"\n\
+             ink = {{ species = \"s0\", level = \"mean\", below = false }}\n[config.formulas]\n{many}"
+        ),
+        &["formulas", "33 species, at most 32"],
     );
     lab.write("run.json", b"{\"command\": \"rd\"}");
     lab.refuses(&["run", "run.json"], &["run.json", "version"]);

@@ -10,7 +10,8 @@ use std::{
 };
 
 const RD: &[&str] = &["rd", "--spots", "--size", "96", "--iterations", "6000"];
-const LEVEL_SET: &[&str] = &["level-set", "--size", "256", "--iterations", "100"];
+const LEVEL_SET: &[&str] =
+    &["level-set", "--size", "256", "--iterations", "100", "--animation", "apng"];
 
 const TOPOPT: &[&str] =
     &["topopt", "--mbb", "150x50", "--filter-radius", "3", "--solver", "multigrid"];
@@ -93,6 +94,9 @@ fn a_killed_run_resumes_to_the_same_bytes() {
         resume(&killed);
         assert_same(&whole, &killed);
     }
+    assert!(
+        fs::read(folder.path().join("whole-1/animation.apng")).unwrap().starts_with(b"\x89PNG")
+    );
 }
 
 #[cfg(unix)]

@@ -1,6 +1,10 @@
 //! What a run shows: the laboratory turns each into the files that people open.
 
-use solvers::{Field, isosurface::Polyline, mesh::TriangleMesh};
+use solvers::{
+    Field,
+    isosurface::{self, Polyline},
+    mesh::TriangleMesh,
+};
 
 /// A named scalar.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,11 +37,11 @@ pub enum Artifact {
         /// The lines, in cells from the upper left corner of the first cell.
         strokes: Vec<Stroke>,
     },
-    /// Closed and open lines in the plane: SVG.
+    /// Lines in the plane: SVG and CSV.
     Contour {
         /// File stem.
         name: String,
-        /// The lines, in the grid's length unit.
+        /// The lines (cells), from the picture's upper left corner.
         lines: Vec<Polyline>,
         /// Width and height of the picture, in the same unit.
         size: [f64; 2],
@@ -58,6 +62,17 @@ pub enum Artifact {
         /// Heading and values of each column, all of one length.
         columns: Vec<(String, Vec<f64>)>,
     },
+}
+
+impl Artifact {
+    /// The closed border of `phi < 0` in the plane, in the picture's coordinates: nodes are the
+    /// middles of cells, so that the picture begins half a cell before them.
+    pub(crate) fn contour(name: &str, phi: &Field) -> Self {
+        let mut lines = isosurface::closed_contours(phi, 0.0);
+        lines.iter_mut().flat_map(|l| &mut l.points).flatten().for_each(|v| *v += 0.5);
+        let [_, ny, nx] = phi.grid().shape();
+        Self::Contour { name: name.into(), lines, size: [nx as f64, ny as f64] }
+    }
 }
 
 /// A scalar field and how to look at it.

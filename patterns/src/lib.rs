@@ -5,6 +5,7 @@
 
 mod artifact;
 mod config;
+mod contour;
 mod error;
 mod model;
 mod state;

@@ -1,5 +1,5 @@
 use crate::{Artifact, Error, Image, Metric, Result, State};
-use solvers::Field;
+use solvers::{Field, isosurface::Polyline};
 
 /// A model as the registry sees it.
 pub struct Model {
@@ -45,6 +45,12 @@ pub trait Inputs {
     /// # Errors
     /// [`Error::Input`] with the file's name and what is wrong with it.
     fn field(&self, key: &str, path: &str) -> Result<Field>;
+
+    /// The closed lines of `path`, each of at least 3 finite points `[x, y]`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the file's name, the line and what is wrong with it.
+    fn lines(&self, key: &str, path: &str) -> Result<Vec<Polyline>>;
 }
 
 /// No files at all, for tests and for models without inputs.
@@ -52,6 +58,10 @@ pub struct NoInputs;
 
 impl Inputs for NoInputs {
     fn field(&self, key: &str, path: &str) -> Result<Field> {
+        Err(Error::Input { key: key.into(), reason: format!("`{path}` cannot be read here") })
+    }
+
+    fn lines(&self, key: &str, path: &str) -> Result<Vec<Polyline>> {
         Err(Error::Input { key: key.into(), reason: format!("`{path}` cannot be read here") })
     }
 }

@@ -32,10 +32,11 @@ pub fn uniform(stream: &mut Stream) -> f64 {
     (stream.next_u64() >> 11) as f64 * (-53.0_f64).exp2()
 }
 
-/// The next standard normal number of a stream (Box-Muller, one of the pair).
+/// The next standard normal number of a stream (Box-Muller, one of the pair), the same bits
+/// on every machine.
 pub fn normal(stream: &mut Stream) -> f64 {
-    let radius = (-2.0 * (1.0 - uniform(stream)).ln()).sqrt();
-    radius * (std::f64::consts::TAU * uniform(stream)).cos()
+    let radius = (-2.0 * libm::log(1.0 - uniform(stream))).sqrt();
+    radius * libm::cos(std::f64::consts::TAU * uniform(stream))
 }
 
 #[cfg(test)]

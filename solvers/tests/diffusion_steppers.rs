@@ -5,9 +5,10 @@
 )]
 
 use solvers::diffusion::{
-    Diffusivity, Etdrk4, Etdrk4Config, FaceMean, ImexScheme, Reaction, SemiImplicit,
-    SemiImplicitConfig, Tensor,
+    Diffusivity, Etdrk4, Etdrk4Config, Euler, FaceMean, ImexScheme, Operator, Reaction,
+    SemiImplicit, SemiImplicitConfig, Tensor,
 };
+use solvers::expression::FormulaReaction;
 use solvers::order::observed_order;
 use solvers::spectral::{LaplacianSymbol, LinearPart, RadialSpectrum, Window};
 use solvers::{Boundary, Field, Grid, random};
@@ -322,7 +323,7 @@ fn cholesky_and_series_agree() {
                     (u.concat(), stepper.describe())
                 };
                 let (series, name) = run(&constant);
-                assert_eq!(name, "species 0: constant diffusion by series");
+                assert_eq!(name, "species 0: linear part by series");
                 for other in &others {
                     let (factor, name) = run(other);
                     assert!(name.starts_with("species 0: sparse Cholesky, "), "{name}");
@@ -368,6 +369,35 @@ fn large_steps_are_stable_and_conservative() {
     }
 }
 
+/// The Brusselator of [`brusselator`] as formulas.
+fn formulas() -> FormulaReaction {
+    let species = [("u", "1 - 4*u + u^2*v"), ("v", "3*u - u^2*v")];
+    FormulaReaction::new(&species, &[]).unwrap()
+}
+
+/// Forward Euler of maps, to the bit of the formula it stands for, on several chunks.
+#[test]
+fn explicit_steps_are_those_of_their_formula() {
+    let grid = Grid::new(&[90, 130], 1.0).unwrap();
+    let values = Field::from_fn(grid, |[x, y, _]| 1.5 + (0.5 * x).sin() * (0.4 * y).cos());
+    let d = [Diffusivity::Map { values, mean: FaceMean::Harmonic }, Diffusivity::Constant(0.2)];
+    let mut stepper = Euler::new(grid, Boundary::Neumann, &d, 0.02).unwrap();
+    assert!(0.02 * stepper.max_rate() < 2.0);
+    let mut u = vec![noise(grid, 1.0, 0.1), noise(grid, 3.0, 0.1)];
+    let start = u.clone();
+    stepper.scale_laplacian(0.5);
+    stepper.step(&brusselator(), &mut u).unwrap();
+    let mut spread = vec![0.0; grid.len()];
+    for s in 0..2 {
+        Operator::new(grid, Boundary::Neumann, &d[s]).unwrap().apply(&start[s], &mut spread);
+        for n in 0..grid.len() {
+            let (a, b) = (start[0][n], start[1][n]);
+            let f = [1.0 - 4.0 * a + a * a * b, 3.0 * a - a * a * b][s];
+            assert_eq!(u[s][n], start[s][n] + 0.02 * (f + 0.5 * spread[n]));
+        }
+    }
+}
+
 #[test]
 fn the_same_bytes_for_any_number_of_threads() {
     let run = |threads| {
@@ -383,7 +413,9 @@ fn the_same_bytes_for_any_number_of_threads() {
             let config = imex(0.05, ImexScheme::Ars222, LaplacianSymbol::Axes);
             let mut implicit = SemiImplicit::new(grid, Boundary::Periodic, &d, config).unwrap();
             let mut u = vec![noise(grid, 1.0, 0.1), noise(grid, 3.0, 0.1)];
+            let mut explicit = Euler::new(grid, Boundary::Periodic, &d, 0.01).unwrap();
             for _ in 0..3 {
+                explicit.step(&formulas(), &mut u).unwrap();
                 exponential.step(&brusselator(), &mut u).unwrap();
                 implicit.step(&brusselator(), &mut u).unwrap();
             }

@@ -11,6 +11,7 @@ use toml::{Table, Value};
 #[command(after_help = "Examples:\n  \
     patterns level-set --shape star --speed curvature\n  \
     patterns level-set --image drawing.png --speed constant=1 --time 20\n  \
+    patterns level-set --shape square --union circle,x=150,size=30 --subtract star,size=20\n  \
     patterns level-set --preset zalesak")]
 pub(super) struct Args {
     /// A preset of `patterns list level-set`.
@@ -28,6 +29,21 @@ pub(super) struct Args {
     /// Grey level of the contour in the picture, 0 black to 1 white [default: 0.5].
     #[arg(long, value_name = "GREY")]
     level: Option<f64>,
+    /// Start from a CSV of closed lines: rows x,y (cells from the picture's upper left corner)
+    /// with blank lines between loops, or rows loop,x,y as in contour.csv.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["shape", "image"])]
+    contour: Option<String>,
+    /// Add a shape to the start (repeatable): NAME with any of ,x=CELLS ,y=CELLS ,z=CELLS (its
+    /// middle) ,size=CELLS (radius or half side) ,turn=DEGREES
+    /// [default: the grid's middle, size 30 % of its least side].
+    #[arg(long, value_name = "NAME[,KEY=VALUE]")]
+    union: Vec<String>,
+    /// Cut the start to a shape, after all --union (repeatable, written as there).
+    #[arg(long, value_name = "NAME[,KEY=VALUE]")]
+    intersect: Vec<String>,
+    /// Take a shape away from the start, after all --intersect (repeatable, written as --union).
+    #[arg(long, value_name = "NAME[,KEY=VALUE]")]
+    subtract: Vec<String>,
     /// A speed, repeatable and added up: constant=V (cells/time, positive outwards),
     /// curvature[=B] (cells^2/time), image=FILE (0 to 1 cells/time), rotation=RATE
     /// (radians/time), vortex=PERIOD, translation=VX,VY (cells/time)
@@ -79,6 +95,15 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
     }
     request.set_flag("shape", args.shape.as_deref())?;
     request.set_flag("image", args.image.as_deref())?;
+    request.set_flag("contour", args.contour.as_deref())?;
+    for (key, given) in
+        [("union", &args.union), ("intersect", &args.intersect), ("subtract", &args.subtract)]
+    {
+        let flag = format!("--{key}");
+        let shapes: Result<Vec<Value>> = given.iter().map(|text| shape(text, &flag)).collect();
+        let shapes = shapes?;
+        request.set_flag(key, (!shapes.is_empty()).then_some(Value::Array(shapes)))?;
+    }
     request.set_flag("level", args.level)?;
     request.set_flag("time", args.time)?;
     request.set_flag("iterations", values::integer(args.iterations))?;
@@ -90,6 +115,24 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
     request.set_flag("gradient_floor", args.gradient_floor)?;
     request.set_flag("clip", args.clip)?;
     args.run.execute(request)
+}
+
+/// `name[,key=value]` as the table that the configuration wants.
+fn shape(text: &str, flag: &str) -> Result<Value> {
+    let mut parts = text.split(',').map(str::trim);
+    let mut table = Table::new();
+    table.insert("name".into(), Value::String(parts.next().unwrap_or_default().into()));
+    for part in parts {
+        let (key, value) = part.split_once('=').unwrap_or((part, ""));
+        if !["x", "y", "z", "size", "turn"].contains(&key) {
+            bail!("{flag} {text}: no `{key}`; known: x, y, z, size, turn");
+        }
+        let Ok(number) = value.parse::<f64>() else {
+            bail!("{flag} {text}: expected {key}=NUMBER");
+        };
+        table.insert(key.into(), Value::Float(number));
+    }
+    Ok(Value::Table(table))
 }
 
 /// `kind[=value]` as the table that the configuration wants.

@@ -15,7 +15,8 @@ use toml::Value;
         patterns rd --spots\n  \
         patterns rd --labyrinth --size 256 --seed 3\n  \
         patterns rd --preset gray-scott-kappa --param feed=0.06\n  \
-        patterns rd --spots --size 256 --boundary periodic --dispersion"
+        patterns rd --spots --size 256 --boundary periodic --dispersion\n  \
+        patterns rd --kinetics schnakenberg --growth 0.002"
 )]
 pub(super) struct Args {
     /// Turing's spots: figure 1.5(a) (the default).
@@ -57,19 +58,37 @@ pub(super) struct Args {
     /// Precision of the concentrations [default: f64].
     #[arg(long, value_parser = ["f32", "f64"])]
     precision: Option<String>,
-    /// Time stepping: explicit, semi-implicit or etdrk4 (periodic only) [default: explicit].
+    /// Time stepping: explicit, semi-implicit or etdrk4 [default: explicit].
     #[arg(long, value_name = "METHOD")]
     stepper: Option<String>,
     /// A parameter of the kinetics: a number or a picture (repeatable).
     #[arg(long, value_name = "NAME=VALUE")]
     param: Vec<String>,
-    /// Diffusion of a species, cells^2/time (repeatable).
+    /// Diffusion of a species, cells^2/time (repeatable) [default: the preset's].
     #[arg(long, value_name = "SPECIES=VALUE")]
     diffusion: Vec<String>,
+    /// Growth rate of the domain, 1/time: cells grow with it, their number stays [default: the
+    /// preset's, 0].
+    #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
+    growth: Option<f64>,
+    /// How the length of the domain grows with time t at rate r: exp(r t), 1 + r t, or
+    /// logistic, which ends at --growth-limit [default: exponential].
+    #[arg(long, value_parser = ["exponential", "linear", "logistic"])]
+    growth_law: Option<String>,
+    /// Length over that of the start at which logistic growth ends, above 1 [default: none].
+    #[arg(long, value_name = "SCALE", allow_negative_numbers = true)]
+    growth_limit: Option<f64>,
+    /// Let growth not dilute the concentrations.
+    #[arg(long)]
+    no_dilution: bool,
     /// Start of the curve: circle, border, seeds, or a picture whose dark half is inside
     /// [default: circle].
     #[arg(long, value_name = "START")]
     start: Option<String>,
+    /// Start of the curve from a CSV of closed lines: rows x,y (cells from the picture's upper
+    /// left corner) with blank lines between loops, or rows loop,x,y as in contour.csv.
+    #[arg(long, value_name = "FILE", conflicts_with = "start")]
+    contour: Option<String>,
     /// Steps between two redistancings of the curve [default: 20].
     #[arg(long, value_name = "N")]
     redistance_every: Option<u64>,
@@ -110,8 +129,12 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
     request.set_flag("stepper", args.stepper.as_deref())?;
     pairs(&mut request, "parameters", "--param", &args.param)?;
     pairs(&mut request, "diffusion", "--diffusion", &args.diffusion)?;
+    growth(&mut request, args)?;
     if let Some(start) = &args.start {
         request.set("curve.start", Value::String(start.clone()), "--start")?;
+    }
+    if let Some(path) = &args.contour {
+        request.set("curve.contour", Value::String(path.clone()), "--contour")?;
     }
     if let Some(every) = values::integer(args.redistance_every) {
         request.set("curve.redistance_every", every.into(), "--redistance-every")?;
@@ -125,6 +148,22 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
         request.set_flag(key, given.then_some(true))?;
     }
     args.run.execute(request)
+}
+
+fn growth(request: &mut Request, args: &Args) -> Result<()> {
+    if let Some(rate) = args.growth {
+        request.set("growth.rate", rate.into(), "--growth")?;
+    }
+    if let Some(law) = args.growth_law.as_deref() {
+        request.set("growth.law", law.into(), "--growth-law")?;
+    }
+    if let Some(limit) = args.growth_limit {
+        request.set("growth.limit", limit.into(), "--growth-limit")?;
+    }
+    if args.no_dilution {
+        request.set("growth.dilution", false.into(), "--no-dilution")?;
+    }
+    Ok(())
 }
 
 /// `name=value` flags into a table of the configuration.

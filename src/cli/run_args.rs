@@ -3,7 +3,7 @@
 use crate::{
     manifest::RunStatus,
     request::Request,
-    runner::{self, Options, Outcome},
+    runner::{self, Film, Options, Outcome},
 };
 use anyhow::{Result, bail};
 use clap::Args;
@@ -26,7 +26,7 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "N")]
     pub(super) threads: Option<usize>,
     /// Go on with an interrupted run from its checkpoint, to the same bytes.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "force", "seed", "set", "frames"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "force", "seed", "set", "frames", "animation"])]
     pub(super) resume: Option<PathBuf>,
     /// Iterations between checkpoints [default: one checkpoint a minute].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
@@ -34,6 +34,9 @@ pub(super) struct RunArgs {
     /// Frames of the animation, 0 for none [default: 100].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=10_000))]
     pub(super) frames: Option<u64>,
+    /// Format of the animation: animation.gif, animation.apng or no file [default: gif].
+    #[arg(long, value_parser = ["gif", "apng", "none"])]
+    pub(super) animation: Option<String>,
     /// Set any key of the configuration, e.g. --set kinetics.feed=0.03 (repeatable).
     #[arg(long, value_name = "KEY=VALUE")]
     pub(super) set: Vec<String>,
@@ -74,11 +77,17 @@ impl RunArgs {
     }
 
     fn options(&self) -> Options {
+        let (film, frames) = match self.animation.as_deref() {
+            Some("apng") => (Film::Apng, self.frames),
+            Some("none") => (Film::Gif, Some(0)),
+            _ => (Film::Gif, self.frames),
+        };
         Options {
             out: self.out.clone(),
             force: self.force,
             checkpoint_every: self.checkpoint_every,
-            frames: self.frames.unwrap_or(100),
+            frames: frames.unwrap_or(100),
+            film,
             quiet: self.quiet || self.json,
         }
     }

@@ -19,6 +19,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("figure-1-5", include_str!("../../examples/figure-1-5.toml")),
     ("formulas", include_str!("../../examples/formulas.toml")),
     ("gray-scott", include_str!("../../examples/gray-scott.toml")),
+    ("growth", include_str!("../../examples/growth.toml")),
     ("kinetics", include_str!("../../examples/kinetics.toml")),
     ("spots", include_str!("../../examples/spots.toml")),
     ("strip", include_str!("../../examples/strip.toml")),

@@ -14,10 +14,39 @@ pub const MAGIC: &[u8] = b"\x93NUMPY";
 /// # Errors
 /// If `out` fails.
 pub fn write(values: &ArrayViewD<'_, f64>, out: &mut impl Write) -> Result<()> {
-    let shape: Vec<String> = values.shape().iter().map(usize::to_string).collect();
+    write_header("<f8", values.shape(), out)?;
+    write_values(values, out)
+}
+
+/// Writes a one-dimensional array of elements of type `descr` (`<f8`) from its bytes.
+///
+/// # Errors
+/// If `out` fails.
+pub fn write_raw(descr: &str, count: usize, data: &[u8], out: &mut impl Write) -> Result<()> {
+    write_header(descr, &[count], out)?;
+    Ok(out.write_all(data)?)
+}
+
+/// The elements' type and the bytes of a one-dimensional NPY, as they are.
+///
+/// # Errors
+/// If the header is not that of an NPY of one axis, or the data do not fill it.
+pub fn read_raw(bytes: &[u8]) -> Result<(String, &[u8])> {
+    let header = Header::parse(bytes)?;
+    let (name, data) = (header.element.name, &bytes[header.data..]);
+    let wanted = match header.shape[..] {
+        [count] => count.checked_mul(header.element.size),
+        _ => bail!("shape {:?}; wanted is one axis", header.shape),
+    };
+    ensure!(wanted == Some(data.len()), "the data of `{name}` are truncated or too long");
+    Ok((name, data))
+}
+
+fn write_header(descr: &str, shape: &[usize], out: &mut impl Write) -> Result<()> {
+    let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
     let comma = if shape.len() == 1 { "," } else { "" };
     let shape = format!("({}{comma})", shape.join(", "));
-    let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
+    let mut header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
     // Magic, version and length take 10 bytes; the data begin at a multiple of 64.
     let padded = (header.len() + 11).next_multiple_of(64) - 10;
     header += &" ".repeat(padded - header.len() - 1);
@@ -25,8 +54,7 @@ pub fn write(values: &ArrayViewD<'_, f64>, out: &mut impl Write) -> Result<()> {
     out.write_all(MAGIC)?;
     out.write_all(&[1, 0])?;
     out.write_all(&u16::try_from(header.len())?.to_le_bytes())?;
-    out.write_all(header.as_bytes())?;
-    write_values(values, out)
+    Ok(out.write_all(header.as_bytes())?)
 }
 
 /// The values, little endian, row-major, through a buffer of a few rows.

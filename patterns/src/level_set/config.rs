@@ -1,10 +1,11 @@
 //! Configuration of the `level-set` model.
 
+use super::shape::ShapeConfig;
 use crate::{Context, Error, Result};
 use serde::{Deserialize, Serialize};
 use solvers::{
     Boundary, Field, Grid,
-    level_set::{self, Order, Point, Scheme, Shape, Speed},
+    level_set::{self, Order, Scheme, Speed},
 };
 
 /// Parameters of a run; lengths in cells.
@@ -19,6 +20,15 @@ pub struct Config {
     pub image: Option<String>,
     /// Grey level of the front in the picture.
     pub level: f64,
+    /// A file of closed lines instead of a shape: points x,y in cells from the picture's upper
+    /// left corner, as `contour.csv`.
+    pub contour: Option<String>,
+    /// Shapes that are added to the front, then cut to, then taken away.
+    pub union: Vec<ShapeConfig>,
+    /// Shapes that the front is cut to.
+    pub intersect: Vec<ShapeConfig>,
+    /// Shapes that are taken away from the front.
+    pub subtract: Vec<ShapeConfig>,
     /// The speeds that are added up.
     pub speed: Vec<SpeedConfig>,
     /// Time at the end.
@@ -48,6 +58,10 @@ impl Default for Config {
             shape: ShapeConfig::Name("star".into()),
             image: None,
             level: 0.5,
+            contour: None,
+            union: Vec::new(),
+            intersect: Vec::new(),
+            subtract: Vec::new(),
             speed: vec![SpeedConfig::Curvature { coefficient: 1.0 }],
             time: 500.0,
             iterations: 200,
@@ -60,16 +74,6 @@ impl Default for Config {
             band: None,
         }
     }
-}
-
-/// A shape by name or in full.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum ShapeConfig {
-    /// `circle`, `star`, ... in the middle of the grid.
-    Name(String),
-    /// Every number given, in cells.
-    Full(Shape),
 }
 
 /// A built-in speed.
@@ -127,6 +131,11 @@ impl Config {
         }
     }
 
+    /// Whether shapes are combined with the front.
+    pub(super) fn combines(&self) -> bool {
+        [&self.union, &self.intersect, &self.subtract].into_iter().any(|shapes| !shapes.is_empty())
+    }
+
     /// Refuses values out of range.
     pub(super) fn check(&self) -> Result<()> {
         if !(2..=3).contains(&self.size.len()) {
@@ -140,6 +149,9 @@ impl Config {
         }
         if !(1..=10_000_000).contains(&self.iterations) {
             return Err(Error::range("iterations", self.iterations as f64, "[1, 10000000]"));
+        }
+        if self.image.is_some() && self.contour.is_some() {
+            return Err(Error::config("contour", "the front is a picture's already; give one"));
         }
         if self.speed.is_empty() {
             return Err(Error::config("speed", "there is none; give at least one"));
@@ -228,50 +240,6 @@ fn vortex(grid: Grid, period: f64) -> impl Fn([f64; 3], f64) -> [f64; 3] + Sync 
         let v = y.sin().powi(2) * (2.0 * x).sin() * back;
         [u * nx, v * ny, 0.0]
     }
-}
-
-/// Names of the shapes that need no numbers.
-pub(super) const NAMES: &[&str] =
-    &["circle", "ellipse", "square", "star", "flower", "annulus", "zalesak", "dumbbell"];
-
-/// A shape of that name in the middle of the grid, filling about 60 % of its least side.
-pub(super) fn named_shape(name: &str, grid: Grid) -> Result<Shape> {
-    let axes: Vec<f64> = grid.axes().iter().rev().map(|&n| n as f64 * grid.spacing()).collect();
-    let radius = 0.3 * axes.iter().copied().fold(f64::INFINITY, f64::min);
-    let [x, y, z] = grid.center();
-    let center = Point([x, y, z]);
-    let at = |dx: f64| Point([x + dx * radius, y, z]);
-    Ok(match name {
-        "circle" | "sphere" => Shape::Circle { center, radius },
-        "ellipse" | "ellipsoid" => {
-            let radii = [1.0, 0.6, 0.6].map(|f| f * radius)[..axes.len()].to_vec();
-            Shape::Ellipse { center, radii }
-        }
-        "square" | "box" => {
-            Shape::Box { center, size: vec![2.0 * radius; axes.len()], rounding: 0.0 }
-        }
-        "star" => Shape::Star { center, points: 5, outer: 1.3 * radius, inner: 0.6 * radius },
-        "flower" => Shape::Flower { center, radius, amplitude: 0.3, lobes: 6 },
-        "annulus" | "torus" => Shape::Torus { center, major: radius, minor: 0.4 * radius },
-        "zalesak" => Shape::Zalesak {
-            // The proportions of Zalesak 1979 on a domain of 100: radius 15 at (50, 75), slot 5 by 25.
-            center: Point([x, y + axes[1] / 4.0, z]),
-            radius: radius / 2.0,
-            slot_width: radius / 6.0,
-            slot_length: radius / 1.2,
-        },
-        "dumbbell" => Shape::Union {
-            shapes: vec![
-                Shape::Circle { center: at(-0.7), radius: 0.5 * radius },
-                Shape::Circle { center: at(0.7), radius: 0.5 * radius },
-                Shape::Capsule { from: at(-0.7), to: at(0.7), radius: 0.15 * radius },
-            ],
-        },
-        _ => {
-            let reason = format!("no shape `{name}`; known shapes: {}", NAMES.join(", "));
-            return Err(Error::config("shape", reason));
-        }
-    })
 }
 
 /// phi of the front at the start: negative where the picture is darker than `level`.

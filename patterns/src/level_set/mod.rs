@@ -5,14 +5,19 @@
 //! `components`, `euler_number`, `time`; lengths in cells.
 
 mod config;
+mod shape;
 
-pub use config::{Config, ShapeConfig, SpeedConfig};
+pub use config::{Config, SpeedConfig};
+pub use shape::{Placed, ShapeConfig};
+
+use shape::{Combination, combine};
 
 use crate::{
     Artifact, Colors, Context, Error, Image, Metric, Model, Preset, Result, Run, State, Status,
+    contour,
 };
 use solvers::{
-    Grid, isosurface,
+    Field, Grid, isosurface,
     level_set::{LevelSet, Measures, Redistance, RedistanceOptions, Speed},
 };
 
@@ -64,33 +69,40 @@ struct Front {
 
 fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
     let mut config: Config = crate::from_table(table)?;
-    let phi = match &config.image {
-        Some(path) => {
-            let image = context.inputs.field("image", path)?;
-            config.size = image.grid().axes().to_vec();
-            config.check()?;
-            config::below(image, config.level)
-        }
-        None => {
-            config.check()?;
-            let grid = Grid::new(&config.size, 1.0)
-                .map_err(|error| Error::config("size", error.to_string()))?;
-            crate::check_memory("size", grid, BYTES_PER_NODE, context)?;
-            let shape = match &config.shape {
-                ShapeConfig::Name(name) => config::named_shape(name, grid)?,
-                ShapeConfig::Full(shape) => shape.clone(),
-            };
-            shape.field(grid).map_err(|error| Error::config("shape", error.to_string()))?
-        }
-    };
+    let mut phi = first_front(&mut config, context)?;
     let grid = phi.grid();
     let speeds = config.speeds(grid, context)?;
     let mut redistance =
         Redistance::new(grid, RedistanceOptions { boundary: config.boundary, band: None })?;
-    let mut phi = phi;
+    if config.image.is_some() && config.combines() {
+        // Grey levels become cells, so that shapes are combined with like.
+        redistance.apply(&mut phi)?;
+    }
+    combine(&mut phi, &config.union, Combination::Union)?;
+    combine(&mut phi, &config.intersect, Combination::Intersect)?;
+    combine(&mut phi, &config.subtract, Combination::Subtract)?;
     redistance.apply(&mut phi)?;
     let front = LevelSet::new(phi, config.scheme())?;
     Ok(Box::new(Front { config, front, speeds, redistance, done: 0 }))
+}
+
+/// phi of the picture, the lines or the shape that the front starts from.
+fn first_front(config: &mut Config, context: &Context<'_>) -> Result<Field> {
+    if let Some(path) = &config.image {
+        let image = context.inputs.field("image", path)?;
+        config.size = image.grid().axes().to_vec();
+        config.check()?;
+        return Ok(config::below(image, config.level));
+    }
+    config.check()?;
+    let grid =
+        Grid::new(&config.size, 1.0).map_err(|error| Error::config("size", error.to_string()))?;
+    crate::check_memory("size", grid, BYTES_PER_NODE, context)?;
+    if let Some(path) = &config.contour {
+        return contour::phi("contour", path, grid, context);
+    }
+    let shape = config.shape.shape("shape", grid)?;
+    shape.field(grid).map_err(|error| Error::config("shape", error.to_string()))
 }
 
 impl Front {
@@ -159,12 +171,7 @@ impl Run for Front {
             let mesh = mesh.unwrap_or_default();
             artifacts.push(Artifact::Mesh { name: "surface".into(), mesh });
         } else {
-            let [_, ny, nx] = phi.grid().shape();
-            artifacts.push(Artifact::Contour {
-                name: "contour".into(),
-                lines: isosurface::contour_lines(phi, 0.0),
-                size: [nx as f64, ny as f64],
-            });
+            artifacts.push(Artifact::contour("contour", phi));
         }
         artifacts
     }

@@ -1,37 +1,12 @@
-//! The configuration of a run: defaults, presets, and what the user says, in that order.
+//! The configuration of a run.
 
-use super::kinetics;
+use super::growth::Growth;
 use super::stepper::Precision;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use solvers::Boundary;
 use solvers::diffusion::explicit::Stencil;
 use std::collections::BTreeMap;
-
-/// What every run starts from.
-const COMMON: &str = r#"
-size = [80, 80]
-iterations = 8000
-dt = 1.0
-boundary = "neumann"
-precision = "f64"
-stepper = "explicit"
-clamp = true
-snapshots = []
-stop_when_settled = false
-dispersion = false
-perturbation = []
-parameters = {}
-diffusion = {}
-initial = {}
-
-[curve]
-speed = "recipe"
-start = "circle"
-dt = 0.45
-redistance_every = 20
-finish = 200
-"#;
 
 /// The kinetics whose rates the configuration writes out.
 pub(super) const FORMULAS: &str = "formulas";
@@ -67,6 +42,9 @@ pub struct Config {
     pub initial: BTreeMap<String, Source>,
     /// Changes to the parameters and initial concentrations, in order.
     pub perturbation: Vec<Perturbation>,
+    /// Growth of the domain; absent: its size is fixed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub growth: Option<Growth>,
     /// Rates of each species as text, for kinetics `formulas`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub formulas: BTreeMap<String, String>,
@@ -247,6 +225,10 @@ pub struct Curve {
     pub speed: CurveSpeed,
     /// `circle`, `border`, `seeds`, or an image whose dark half is inside.
     pub start: String,
+    /// Closed lines to start from instead: a file of points x,y in cells from the picture's
+    /// upper left corner, as `contour.csv`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contour: Option<String>,
     /// Time step of the curve per reaction step.
     pub dt: f64,
     /// Reaction steps between two redistancings.
@@ -267,70 +249,6 @@ pub enum CurveSpeed {
     Off,
 }
 
-/// Lays `over` on `base`: tables key by key, anything else as a whole.
-fn lay(base: &mut toml::Table, over: &toml::Table) {
-    for (key, value) in over {
-        match (base.get_mut(key), value) {
-            (Some(toml::Value::Table(base)), toml::Value::Table(over)) => lay(base, over),
-            _ => {
-                base.insert(key.clone(), value.clone());
-            }
-        }
-    }
-}
-
-fn parse(text: &str) -> Result<toml::Table> {
-    text.parse().map_err(|e: toml::de::Error| Error::config("preset", e.to_string()))
-}
-
-/// The configuration that `user` asks for: [`COMMON`], then a preset, then `user`'s
-/// own keys. The preset is the one under the key `preset`, else the first of the
-/// kinetics, else the first of all.
-pub(super) fn resolve(user: &toml::Table) -> Result<Config> {
-    let mut user = user.clone();
-    let presets = kinetics::presets();
-    let text = |key: &str, value: &toml::Value| {
-        value.as_str().map(str::to_owned).ok_or_else(|| {
-            Error::config(key, format!("expected a name, found {}", value.type_str()))
-        })
-    };
-    let preset = user.remove("preset").map(|v| text("preset", &v)).transpose()?;
-    let named = user.get("kinetics").map(|v| text("kinetics", v)).transpose()?;
-    let preset = match (&preset, &named) {
-        (Some(name), _) => Some(presets.iter().find(|p| p.name == name).ok_or_else(|| {
-            let known: Vec<_> = presets.iter().map(|p| p.name).collect();
-            Error::config("preset", format!("no `{name}`; known: {}", known.join(", ")))
-        })?),
-        (None, Some(name)) if name == FORMULAS => None,
-        (None, Some(name)) => lookup(name)?.presets.first(),
-        (None, None) => presets.first(),
-    };
-    let mut table = parse(COMMON)?;
-    if let Some(preset) = preset {
-        lay(&mut table, &parse(preset.config)?);
-        if let (Some(named), Some(own)) = (&named, table.get("kinetics").and_then(|v| v.as_str()))
-            && named != own
-        {
-            let reason = format!("`{named}` does not go with preset `{}` of `{own}`", preset.name);
-            return Err(Error::config("kinetics", reason));
-        }
-    }
-    // A table of the preset that the user replaces by something else is replaced whole.
-    lay(&mut table, &user);
-    let config: Config = crate::from_table(&table)?;
-    config.check()?;
-    Ok(config)
-}
-
-/// The kinetics of that name, or an error that lists the known ones.
-pub(super) fn lookup(name: &str) -> Result<&'static kinetics::Kinetics> {
-    kinetics::find(name).ok_or_else(|| {
-        let known: Vec<_> = kinetics::KINETICS.iter().map(|k| k.name).collect();
-        let reason = format!("no `{name}`; known: {}, formulas", known.join(", "));
-        Error::config("kinetics", reason)
-    })
-}
-
 impl Config {
     /// The axes of the grid.
     pub(super) fn axes(&self) -> Vec<usize> {
@@ -340,7 +258,8 @@ impl Config {
         }
     }
 
-    fn check(&self) -> Result<()> {
+    /// Refuses values out of range.
+    pub(super) fn check(&self) -> Result<()> {
         let positive = |key: &str, value: f64| {
             let good = value > 0.0 && value.is_finite();
             if good { Ok(()) } else { Err(Error::range(key, value, "(0, inf)")) }

@@ -1,12 +1,12 @@
-//! The steppers whose diffusion is implicit or exact, behind [`Stepper`].
+//! The steppers for any reaction, behind [`Stepper`]: diffusion explicit by bonds, implicit or exact.
 
 use super::config::Method;
-use super::stepper::{Setup, Stepper};
+use super::stepper::{Setup, Stepper, Stretch};
 use crate::{Error, Result, State};
 use solvers::Field;
 use solvers::diffusion::explicit::Stencil;
 use solvers::diffusion::{
-    Diffusivity, Etdrk4, Etdrk4Config, ImexScheme, Operator, Reaction, SemiImplicit,
+    Diffusivity, Etdrk4, Etdrk4Config, Euler, ImexScheme, Reaction, SemiImplicit,
     SemiImplicitConfig,
 };
 use solvers::spectral::{LaplacianSymbol, LinearPart};
@@ -16,13 +16,44 @@ pub(super) struct General {
     engine: Engine,
     reaction: Box<dyn Reaction + Send>,
     clamp: bool,
+    /// Factor of all concentrations before and after each step.
+    dilution: f64,
     u: Vec<Vec<f64>>,
 }
 
 enum Engine {
-    Euler { dt: f64, operators: Vec<Operator>, rates: Vec<Vec<f64>>, spread: Vec<f64> },
+    Euler(Euler),
     SemiImplicit(SemiImplicit),
     Etdrk4(Etdrk4),
+}
+
+/// What is linear in each species besides the reaction.
+pub(super) enum Linear {
+    /// Diffusion of any kind.
+    Diffusion(Vec<Diffusivity>),
+    /// Functions of the Laplacian, which explicit steps by bonds cannot do.
+    Parts(Vec<LinearPart>),
+}
+
+impl Linear {
+    /// As functions of the Laplacian's symbol; `None` for diffusion that is not constant.
+    pub(super) fn parts(&self) -> Option<Vec<LinearPart>> {
+        let part = |d: &Diffusivity| match d {
+            Diffusivity::Constant(d) => Some(LinearPart::diffusion(*d)),
+            _ => None,
+        };
+        match self {
+            Self::Diffusion(diffusivity) => diffusivity.iter().map(part).collect(),
+            Self::Parts(parts) => Some(parts.clone()),
+        }
+    }
+
+    fn species(&self) -> usize {
+        match self {
+            Self::Diffusion(diffusivity) => diffusivity.len(),
+            Self::Parts(parts) => parts.len(),
+        }
+    }
 }
 
 /// The symbol of a stencil, so that all steppers agree on the wavelength.
@@ -41,80 +72,92 @@ impl General {
     pub(super) fn new(
         setup: &Setup,
         method: Method,
-        diffusivity: &[Diffusivity],
+        linear: &Linear,
         reaction: Box<dyn Reaction + Send>,
     ) -> Result<Self> {
-        let Setup { grid, boundary, dt, clamp, .. } = *setup;
-        let laplacian = symbol(setup.stencil);
-        let engine = if method == Method::Explicit {
-            euler(setup, diffusivity)?
-        } else if method == Method::Etdrk4 {
-            let linear = linear_parts(diffusivity).ok_or_else(|| {
-                let reason = "etdrk4 needs a constant diffusion; use semi-implicit for maps";
-                Error::config("stepper", reason)
-            })?;
-            let config = Etdrk4Config { dt, laplacian, dealias: false };
-            Engine::Etdrk4(Etdrk4::new(grid, boundary, &linear, config)?)
-        } else {
-            let config = SemiImplicitConfig { dt, scheme: ImexScheme::Ars222, laplacian };
-            Engine::SemiImplicit(SemiImplicit::new(grid, boundary, diffusivity, config)?)
+        let Setup { grid, clamp, .. } = *setup;
+        let engine = match method {
+            Method::Explicit => euler(setup, linear)?,
+            Method::SemiImplicit => semi_implicit(setup, linear)?,
+            Method::Etdrk4 => etdrk4(setup, linear)?,
         };
-        Ok(Self { engine, reaction, clamp, u: vec![vec![0.0; grid.len()]; diffusivity.len()] })
+        let u = vec![vec![0.0; grid.len()]; linear.species()];
+        Ok(Self { engine, reaction, clamp, dilution: 1.0, u })
     }
 
-    /// How the diffusion is solved.
+    /// How the linear part is solved.
     pub(super) fn describe(&self) -> String {
         match &self.engine {
-            Engine::Euler { .. } => "diffusion explicit, by bonds between cells".into(),
+            Engine::Euler(_) => "diffusion explicit, by bonds between cells".into(),
             Engine::SemiImplicit(engine) => engine.describe(),
-            Engine::Etdrk4(_) => "diffusion exact in the Fourier or cosine series".into(),
+            Engine::Etdrk4(_) => "linear part exact in the Fourier or cosine series".into(),
+        }
+    }
+
+    fn dilute(&mut self) {
+        let factor = self.dilution;
+        if factor != 1.0 {
+            self.u.iter_mut().flatten().for_each(|u| *u *= factor);
         }
     }
 }
 
-/// Forward Euler with the diffusion of any operator.
-fn euler(setup: &Setup, diffusivity: &[Diffusivity]) -> Result<Engine> {
-    let operator = |d: &Diffusivity| Operator::new(setup.grid, setup.boundary, d);
-    let operators = diffusivity.iter().map(operator).collect::<solvers::Result<Vec<_>>>()?;
-    let fastest = operators.iter().map(Operator::max_rate).fold(0.0, f64::max);
-    setup.check_rate(fastest)?;
-    let nodes = setup.grid.len();
-    let rates = vec![vec![0.0; nodes]; operators.len()];
-    Ok(Engine::Euler { dt: setup.dt, operators, rates, spread: vec![0.0; nodes] })
+fn euler(setup: &Setup, linear: &Linear) -> Result<Engine> {
+    let Linear::Diffusion(diffusivity) = linear else {
+        let reason = "this kinetics has no explicit step by bonds; use semi-implicit or etdrk4";
+        return Err(Error::config("stepper", reason));
+    };
+    let engine = Euler::new(setup.grid, setup.boundary, diffusivity, setup.dt)?;
+    setup.check_rate(engine.max_rate())?;
+    Ok(Engine::Euler(engine))
 }
 
-/// Diffusion of each species as a function of the Laplacian's symbol, if all are constant.
-pub(super) fn linear_parts(diffusivity: &[Diffusivity]) -> Option<Vec<LinearPart>> {
-    let part = |d: &Diffusivity| match d {
-        Diffusivity::Constant(d) => Some(LinearPart::diffusion(*d)),
-        _ => None,
-    };
-    diffusivity.iter().map(part).collect()
+fn semi_implicit(setup: &Setup, linear: &Linear) -> Result<Engine> {
+    let Setup { grid, boundary, dt, .. } = *setup;
+    let laplacian = symbol(setup.stencil);
+    let config = SemiImplicitConfig { dt, scheme: ImexScheme::Ars222, laplacian };
+    Ok(Engine::SemiImplicit(match linear {
+        Linear::Diffusion(d) => SemiImplicit::new(grid, boundary, d, config)?,
+        Linear::Parts(parts) => SemiImplicit::with_linear_parts(grid, boundary, parts, config)?,
+    }))
+}
+
+fn etdrk4(setup: &Setup, linear: &Linear) -> Result<Engine> {
+    let parts = linear.parts().ok_or_else(|| {
+        let reason = "etdrk4 needs a constant diffusion; use semi-implicit for maps";
+        Error::config("stepper", reason)
+    })?;
+    let config = Etdrk4Config { dt: setup.dt, laplacian: symbol(setup.stencil), dealias: false };
+    Ok(Engine::Etdrk4(Etdrk4::new(setup.grid, setup.boundary, &parts, config)?))
 }
 
 impl Stepper for General {
     fn advance(&mut self, steps: u64) -> Result<()> {
         for _ in 0..steps {
+            self.dilute();
+            let reaction = self.reaction.as_ref();
             match &mut self.engine {
-                Engine::Euler { dt, operators, rates, spread } => {
-                    let dt = *dt;
-                    let now: Vec<&[f64]> = self.u.iter().map(Vec::as_slice).collect();
-                    let mut next: Vec<&mut [f64]> =
-                        rates.iter_mut().map(Vec::as_mut_slice).collect();
-                    self.reaction.rates(0, &now, &mut next);
-                    for ((u, f), operator) in self.u.iter_mut().zip(rates).zip(operators) {
-                        operator.apply(u, spread);
-                        for ((u, f), d) in u.iter_mut().zip(f.iter()).zip(spread.iter()) {
-                            *u += dt * (f + d);
-                        }
-                    }
-                }
-                Engine::SemiImplicit(engine) => engine.step(self.reaction.as_ref(), &mut self.u)?,
-                Engine::Etdrk4(engine) => engine.step(self.reaction.as_ref(), &mut self.u)?,
+                Engine::Euler(engine) => engine.step(reaction, &mut self.u)?,
+                Engine::SemiImplicit(engine) => engine.step(reaction, &mut self.u)?,
+                Engine::Etdrk4(engine) => engine.step(reaction, &mut self.u)?,
             }
+            self.dilute();
             if self.clamp {
                 self.u.iter_mut().flatten().for_each(|u| *u = u.max(0.0));
             }
+        }
+        Ok(())
+    }
+
+    /// Half of the dilution before and half after a step keep the second order of the implicit one.
+    fn stretch(&mut self, stretch: Stretch) -> Result<()> {
+        self.dilution = stretch.dilution.sqrt();
+        match &mut self.engine {
+            Engine::Euler(engine) => engine.scale_laplacian(stretch.laplacian),
+            Engine::SemiImplicit(engine) => engine
+                .scale_laplacian(stretch.laplacian)
+                .map_err(|error| Error::config("growth", error.to_string()))?,
+            Engine::Etdrk4(engine) => engine.scale_laplacian(stretch.laplacian)?,
         }
         Ok(())
     }

@@ -81,14 +81,11 @@ pub(super) struct Prediction {
     pub(super) wavelength: Option<f64>,
 }
 
-/// The prediction at the means of the parameters, or `None` where there is no
-/// reaction on its own, no steady state, or a diffusion that is not constant.
+/// The prediction at the means of the parameters, or `None` where there is no steady
+/// state, or a linear part that is not constant.
 pub(super) fn predict(start: &Start) -> Result<Option<Prediction>> {
-    let (Some(reaction), Some(parts)) =
-        (start.mean_reaction()?, general::linear_parts(&start.diffusivity))
-    else {
-        return Ok(None);
-    };
+    let reaction = start.mean_reaction()?;
+    let Some(parts) = start.linear().and_then(|linear| linear.parts()) else { return Ok(None) };
     let guess: Vec<f64> = start.initial.iter().map(|field| field.mean_std().0).collect();
     let state = steady_state(reaction.as_ref(), 0, &guess)?;
     if !state.converged {

@@ -1,14 +1,15 @@
 //! From a configuration to fields and a stepper at step 0.
 
-use super::config::{self, Anisotropic, Change, Config, Diffusion, Method, Region, Source};
-use super::general::General;
+use super::config::{self, Anisotropic, Config, Diffusion, Method, Source};
+use super::general::{General, Linear};
 use super::kinetics::Kinetics;
+use super::perturb::perturb;
+use super::resolve;
 use super::stepper::{Precision, Setup, Stepper};
 use crate::{Context, Error, Result};
 use solvers::diffusion::explicit::{Parameter, Stencil};
-use solvers::diffusion::{Diffusivity, FaceMean, Reaction, Tensor};
+use solvers::diffusion::{Diffusivity, FaceMean, MOST_SPECIES, Reaction, Tensor};
 use solvers::expression::FormulaReaction;
-use solvers::random::{stream, uniform};
 use solvers::{Field, Grid};
 use std::collections::BTreeMap;
 
@@ -18,7 +19,7 @@ const OTHER_FIELDS: usize = 14;
 /// Who reacts with whom: a kinetics of the registry, or formulas.
 pub(super) struct Chemistry {
     pub(super) species: Vec<String>,
-    parameters: Vec<(String, [f64; 2])>,
+    pub(super) parameters: Vec<(String, [f64; 2])>,
     /// `None`: the rates are the formulas of the configuration.
     kinetics: Option<&'static Kinetics>,
     formulas: Vec<String>,
@@ -27,7 +28,7 @@ pub(super) struct Chemistry {
 impl Chemistry {
     fn new(config: &Config) -> Result<Self> {
         if config.kinetics != config::FORMULAS {
-            let kinetics = config::lookup(&config.kinetics)?;
+            let kinetics = resolve::lookup(&config.kinetics)?;
             let range = |r: &super::kinetics::Range| (r.name.to_owned(), [r.low, r.high]);
             return Ok(Self {
                 species: kinetics.species.iter().map(|&name| name.to_owned()).collect(),
@@ -39,6 +40,13 @@ impl Chemistry {
         if config.formulas.is_empty() {
             return Err(Error::config("formulas", "there is none; give one for each species"));
         }
+        if config.formulas.len() > MOST_SPECIES {
+            let count = config.formulas.len();
+            return Err(Error::config(
+                "formulas",
+                format!("{count} species, at most {MOST_SPECIES}"),
+            ));
+        }
         let any = [f64::NEG_INFINITY, f64::INFINITY];
         Ok(Self {
             species: config.formulas.keys().cloned().collect(),
@@ -48,18 +56,18 @@ impl Chemistry {
         })
     }
 
-    fn parameter_names(&self) -> Vec<&str> {
+    pub(super) fn parameter_names(&self) -> Vec<&str> {
         self.parameters.iter().map(|(name, _)| name.as_str()).collect()
     }
 
-    fn species_names(&self) -> Vec<&str> {
+    pub(super) fn species_names(&self) -> Vec<&str> {
         self.species.iter().map(String::as_str).collect()
     }
 
-    /// The reaction in 64-bit floats, unless the kinetics is more than a reaction.
-    fn reaction(&self, parameters: &[Parameter]) -> Result<Option<Box<dyn Reaction + Send>>> {
+    /// The reaction in 64-bit floats.
+    fn reaction(&self, parameters: &[Parameter]) -> Result<Box<dyn Reaction + Send>> {
         if let Some(kinetics) = self.kinetics {
-            return kinetics.reaction.map(|make| make(parameters)).transpose();
+            return (kinetics.reaction)(parameters);
         }
         let species: Vec<(&str, &str)> = self
             .species
@@ -71,7 +79,7 @@ impl Chemistry {
             self.parameter_names().into_iter().zip(parameters.iter().cloned()).collect();
         let reaction = FormulaReaction::new(&species, &named)
             .map_err(|error| Error::config("formulas", error.to_string()))?;
-        Ok(Some(Box::new(reaction)))
+        Ok(Box::new(reaction))
     }
 }
 
@@ -95,6 +103,12 @@ impl Start {
         known("parameters", &config.parameters, &chemistry.parameter_names())?;
         known("initial", &config.initial, &chemistry.species_names())?;
         known("diffusion", &config.diffusion, &chemistry.species_names())?;
+        if let Some(species) = config.diffusion.keys().next()
+            && chemistry.kinetics.is_some_and(|kinetics| kinetics.linear.is_some())
+        {
+            let reason = format!("{} has an operator of its own and no diffusion", config.kinetics);
+            return Err(Error::config(&format!("diffusion.{species}"), reason));
+        }
         let mut parameters = parameters(config, &chemistry, grid, context)?;
         let mut initial = initial(config, &chemistry, grid, context)?;
         perturb(config, &chemistry, context.seed, grid, &mut parameters, &mut initial)?;
@@ -121,13 +135,22 @@ impl Start {
     }
 
     /// The reaction at the mean of every parameter, for linear theory.
-    pub(super) fn mean_reaction(&self) -> Result<Option<Box<dyn Reaction + Send>>> {
+    pub(super) fn mean_reaction(&self) -> Result<Box<dyn Reaction + Send>> {
         let mean = |parameter: &Parameter| match parameter {
             Parameter::Uniform(value) => Parameter::Uniform(*value),
             Parameter::Map(field) => Parameter::Uniform(field.mean_std().0),
         };
         let means: Vec<_> = self.setup.parameters.iter().map(mean).collect();
         self.chemistry.reaction(&means)
+    }
+
+    /// What is linear in each species: the kinetics' own operator, or diffusion; `None` for
+    /// an operator that varies in place.
+    pub(super) fn linear(&self) -> Option<Linear> {
+        match self.chemistry.kinetics.and_then(|kinetics| kinetics.linear) {
+            Some(make) => make(&self.setup.parameters).map(Linear::Parts),
+            None => Some(Linear::Diffusion(self.diffusivity.clone())),
+        }
     }
 
     /// The stepper at the initial concentrations, and what it says of itself.
@@ -151,11 +174,12 @@ impl Start {
             let reason = "f32 is for explicit steps of a built-in kinetics with constant diffusion";
             return Err(Error::config("precision", reason));
         }
-        let reaction = self.chemistry.reaction(&self.setup.parameters)?.ok_or_else(|| {
-            let reason = "this kinetics needs explicit steps and constant diffusion";
+        let reaction = self.chemistry.reaction(&self.setup.parameters)?;
+        let linear = self.linear().ok_or_else(|| {
+            let reason = "the operator of this kinetics varies in place; use explicit";
             Error::config("stepper", reason)
         })?;
-        let general = General::new(&self.setup, method, &self.diffusivity, reaction)?;
+        let general = General::new(&self.setup, method, &linear, reaction)?;
         let note = general.describe();
         Ok((Box::new(general), Some(note)))
     }
@@ -280,82 +304,4 @@ fn diffusivity(
             }
         }
     })
-}
-
-/// Applies the perturbations, in order; noise has a random stream of its own per entry.
-fn perturb(
-    config: &Config,
-    chemistry: &Chemistry,
-    seed: u64,
-    grid: Grid,
-    parameters: &mut [Parameter],
-    initial: &mut [Field],
-) -> Result<()> {
-    for (index, change) in config.perturbation.iter().enumerate() {
-        let target = change.target.as_str();
-        let parameter = chemistry.parameters.iter().position(|(name, _)| name == target);
-        let species = chemistry.species.iter().position(|name| name == target);
-        let field = match (parameter, species) {
-            (Some(p), _) => {
-                if let Parameter::Uniform(value) = parameters[p] {
-                    parameters[p] = Parameter::Map(Field::constant(grid, value));
-                }
-                match &mut parameters[p] {
-                    Parameter::Map(field) => field,
-                    Parameter::Uniform(_) => continue,
-                }
-            }
-            (None, Some(s)) => &mut initial[s],
-            (None, None) => {
-                let names = [chemistry.parameter_names(), chemistry.species_names()].concat();
-                let reason = format!("no `{target}` here; known: {}", names.join(", "));
-                return Err(Error::config(&format!("perturbation.{index}.target"), reason));
-            }
-        };
-        let nodes = region(change, seed, grid);
-        let mut noise = stream(seed, "perturbation", index as u64);
-        for (value, _) in field.as_mut_slice().iter_mut().zip(&nodes).filter(|(_, inside)| **inside)
-        {
-            match change.kind {
-                Change::Noise => *value += change.amplitude * (2.0 * uniform(&mut noise) - 1.0),
-                Change::Add => *value += change.amplitude,
-                Change::Set => *value = change.amplitude,
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Which nodes a perturbation touches. Squares stand at the same places for every
-/// perturbation of the same width and count.
-fn region(change: &config::Perturbation, seed: u64, grid: Grid) -> Vec<bool> {
-    let shape = grid.shape();
-    let middle = |m: usize, n: usize| {
-        let first = n.saturating_sub(change.width) / 2;
-        n == 1 || (first..first + change.width).contains(&m)
-    };
-    let at = |inside: &dyn Fn([usize; 3]) -> bool| {
-        (0..grid.len()).map(|n| inside(grid.node(n))).collect()
-    };
-    match change.region {
-        Region::All => vec![true; grid.len()],
-        Region::Even => at(&|node| node.iter().all(|m| m.is_multiple_of(2))),
-        Region::CenterLine => at(&|[_, _, i]| middle(i, shape[2])),
-        Region::Block => at(&|node| (0..3).all(|axis| middle(node[axis], shape[axis]))),
-        Region::Edge => at(&|[_, _, i]| i < change.width),
-        Region::Squares => {
-            let mut places = stream(seed, "squares", 0);
-            let mut inside = vec![false; grid.len()];
-            for _ in 0..change.count {
-                let corner = shape.map(|n| (uniform(&mut places) * n as f64) as usize);
-                for n in 0..change.width.pow(grid.dim() as u32) {
-                    let w = change.width;
-                    let offset = [n / w / w, n / w % w, n % w];
-                    let node = [0, 1, 2].map(|axis| (corner[axis] + offset[axis]) % shape[axis]);
-                    inside[grid.index(node[0], node[1], node[2])] = true;
-                }
-            }
-            inside
-        }
-    }
 }

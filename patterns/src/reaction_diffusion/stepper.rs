@@ -1,5 +1,6 @@
 //! The time stepper that a configuration chose, behind one interface.
 
+use super::grown::{Grown, Stretchable};
 use crate::{Error, Result, State};
 use serde::{Deserialize, Serialize};
 use solvers::diffusion::explicit::{Cell, CellKernel, Explicit, Kernel, Parameter, Real, Stencil};
@@ -58,6 +59,13 @@ impl Setup {
         }
     }
 
+    /// Refuses a time step at which the fastest diffusion is unstable. A domain that grows
+    /// has its fastest diffusion, in cells, at the start.
+    fn check_diffusion(&self) -> Result<()> {
+        let fastest = self.diffusion.iter().copied().fold(0.0, f64::max);
+        self.check_rate(fastest * self.stencil.max_symbol(self.grid))
+    }
+
     /// Refuses a time step at which the fastest decay, `rate` (1/time), overshoots without bound.
     pub(super) fn check_rate(&self, rate: f64) -> Result<()> {
         if self.dt * rate < 2.0 {
@@ -72,6 +80,15 @@ impl Setup {
     }
 }
 
+/// What the growth of the domain does to the next steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// The Laplacian over that of the start.
+    pub laplacian: f64,
+    /// Concentrations after a step over those without dilution.
+    pub dilution: f64,
+}
+
 /// A state that advances in time.
 pub trait Stepper: Send {
     /// Does `steps` time steps.
@@ -79,6 +96,12 @@ pub trait Stepper: Send {
     /// # Errors
     /// Whatever stops the run for good.
     fn advance(&mut self, steps: u64) -> Result<()>;
+
+    /// Lets the next steps be those of a domain that grows.
+    ///
+    /// # Errors
+    /// If this stepper cannot change its Laplacian.
+    fn stretch(&mut self, stretch: Stretch) -> Result<()>;
 
     /// Sets the concentration of one species.
     fn set(&mut self, species: usize, field: &Field);
@@ -96,9 +119,15 @@ pub trait Stepper: Send {
     fn restore(&mut self, names: &[String], state: &State) -> Result<()>;
 }
 
-impl<K: Kernel<f64> + Send> Stepper for Explicit<f64, K> {
+impl<K: Kernel<f64> + Stretchable + Send> Stepper for Explicit<f64, Grown<f64, K>> {
     fn advance(&mut self, steps: u64) -> Result<()> {
         Explicit::advance(self, steps);
+        Ok(())
+    }
+
+    fn stretch(&mut self, stretch: Stretch) -> Result<()> {
+        let grid = self.grid();
+        self.kernel_mut().stretch(grid, stretch);
         Ok(())
     }
 
@@ -126,9 +155,15 @@ impl<K: Kernel<f64> + Send> Stepper for Explicit<f64, K> {
     }
 }
 
-impl<K: Kernel<f32> + Send> Stepper for Explicit<f32, K> {
+impl<K: Kernel<f32> + Stretchable + Send> Stepper for Explicit<f32, Grown<f32, K>> {
     fn advance(&mut self, steps: u64) -> Result<()> {
         Explicit::advance(self, steps);
+        Ok(())
+    }
+
+    fn stretch(&mut self, stretch: Stretch) -> Result<()> {
+        let grid = self.grid();
+        self.kernel_mut().stretch(grid, stretch);
         Ok(())
     }
 
@@ -164,30 +199,25 @@ pub(super) fn array<V: Clone, const N: usize>(values: &[V]) -> Result<[V; N]> {
     })
 }
 
-/// The explicit stepper of a kernel that is built in either precision.
-pub(super) fn explicit_kernel<A, B>(
-    setup: &Setup,
-    single: impl Fn(&Setup) -> Result<A>,
-    double: impl Fn(&Setup) -> Result<B>,
-) -> Result<Box<dyn Stepper>>
+/// The explicit stepper of a kernel in double precision.
+pub(super) fn explicit_kernel<K>(setup: &Setup, kernel: K) -> Result<Box<dyn Stepper>>
 where
-    A: Kernel<f32> + Send + 'static,
-    B: Kernel<f64> + Send + 'static,
+    K: Kernel<f64> + Stretchable + Send + 'static,
 {
-    let (grid, boundary) = (setup.grid, setup.boundary);
-    Ok(match setup.precision {
-        Precision::F32 => Box::new(Explicit::new(grid, boundary, single(setup)?)?),
-        Precision::F64 => Box::new(Explicit::new(grid, boundary, double(setup)?)?),
-    })
+    let kernel = Grown::new(kernel, &setup.diffusion);
+    Ok(Box::new(Explicit::new(setup.grid, setup.boundary, kernel)?))
 }
 
 /// The explicit stepper of a per-cell reaction.
 pub(super) fn explicit_cell<C: Cell<S, P>, const S: usize, const P: usize>(
     setup: &Setup,
 ) -> Result<Box<dyn Stepper>> {
-    let fastest = setup.diffusion.iter().copied().fold(0.0, f64::max);
-    setup.check_rate(fastest * setup.stencil.max_symbol(setup.grid))?;
-    explicit_kernel(setup, cell::<f32, C, S, P>, cell::<f64, C, S, P>)
+    if setup.precision == Precision::F64 {
+        return explicit_double::<C, S, P>(setup);
+    }
+    setup.check_diffusion()?;
+    let kernel = Grown::new(cell::<f32, C, S, P>(setup)?, &setup.diffusion);
+    Ok(Box::new(Explicit::new(setup.grid, setup.boundary, kernel)?))
 }
 
 /// As [`explicit_cell`], in double precision only.
@@ -195,10 +225,8 @@ pub(super) fn explicit_double<C: Cell<S, P>, const S: usize, const P: usize>(
     setup: &Setup,
 ) -> Result<Box<dyn Stepper>> {
     setup.check_double()?;
-    let fastest = setup.diffusion.iter().copied().fold(0.0, f64::max);
-    setup.check_rate(fastest * setup.stencil.max_symbol(setup.grid))?;
-    let kernel = cell::<f64, C, S, P>(setup)?;
-    Ok(Box::new(Explicit::new(setup.grid, setup.boundary, kernel)?))
+    setup.check_diffusion()?;
+    explicit_kernel(setup, cell::<f64, C, S, P>(setup)?)
 }
 
 fn cell<T: Real, C: Cell<S, P>, const S: usize, const P: usize>(

@@ -4,6 +4,7 @@ use super::Reaction;
 use super::rates::{self, combine};
 use crate::spectral::{LaplacianSymbol, LinearPart, Transform};
 use crate::{Boundary, Error, Grid, Result};
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// How an [`Etdrk4`] steps.
@@ -27,6 +28,10 @@ pub struct Etdrk4Config {
 #[derive(Clone, Debug)]
 pub struct Etdrk4 {
     transform: Transform,
+    dt: f64,
+    linear: Vec<LinearPart>,
+    /// The Laplacian of each mode at the start, NaN for waves that are removed.
+    symbols: Vec<f64>,
     species: Vec<Coefficients>,
     /// Coefficients of u, of f(u), of stage a, and of f(a) + f(b), per species.
     v: Vec<Vec<f64>>,
@@ -62,12 +67,19 @@ impl Etdrk4 {
     ) -> Result<Self> {
         rates::check_dt(config.dt)?;
         let transform = Transform::new(grid, boundary)?;
-        let species: Result<Vec<_>> =
-            linear.iter().map(|part| Coefficients::new(&transform, part, config)).collect();
+        let Etdrk4Config { dt, laplacian, dealias } = config;
+        let highest = if dealias { 2.0 / 3.0 * PI / grid.spacing() } else { f64::INFINITY };
+        let symbols = transform.map_modes(|k| {
+            let removed = k.iter().any(|&k| k > highest);
+            if removed { f64::NAN } else { laplacian.at(k, grid.spacing()) }
+        });
         let fields = || vec![vec![0.0; grid.len()]; linear.len()];
-        Ok(Self {
+        let mut stepper = Self {
             transform,
-            species: species?,
+            dt,
+            linear: linear.to_vec(),
+            symbols,
+            species: vec![Coefficients::default(); linear.len()],
             v: fields(),
             nv: fields(),
             a: fields(),
@@ -75,7 +87,21 @@ impl Etdrk4 {
             stage: fields(),
             rates: fields(),
             modes: vec![0.0; grid.len()],
-        })
+        };
+        stepper.scale_laplacian(1.0)?;
+        Ok(stepper)
+    }
+
+    /// From now on the Laplacian in all linear parts is `factor` times that of the start, as
+    /// on a domain that has grown: `L(factor s)` instead of `L(s)`.
+    ///
+    /// # Errors
+    /// If a linear part is not finite there.
+    pub fn scale_laplacian(&mut self, factor: f64) -> Result<()> {
+        for (coefficients, linear) in self.species.iter_mut().zip(&self.linear) {
+            coefficients.set(&self.symbols, linear, factor, self.dt)?;
+        }
+        Ok(())
     }
 
     /// Advances `u`, one field per species, by one time step.
@@ -83,7 +109,7 @@ impl Etdrk4 {
     /// # Errors
     /// If the number of species or a length does not fit.
     pub fn step(&mut self, reaction: &dyn Reaction, u: &mut [Vec<f64>]) -> Result<()> {
-        let Self { transform, species, v, nv, a, nab, stage, rates, modes } = self;
+        let Self { transform, species, v, nv, a, nab, stage, rates, modes, .. } = self;
         rates::check(transform.grid(), species.len(), reaction, u)?;
         rates::evaluate(reaction, u, rates);
         for (s, c) in species.iter().enumerate() {
@@ -122,29 +148,24 @@ impl Etdrk4 {
 }
 
 impl Coefficients {
-    fn new(transform: &Transform, linear: &LinearPart, config: Etdrk4Config) -> Result<Self> {
-        let Etdrk4Config { dt, laplacian, dealias } = config;
-        let h = transform.grid().spacing();
-        let highest = if dealias { 2.0 / 3.0 * PI / h } else { f64::INFINITY };
-        let rows = transform.map_modes(|k| {
+    /// The factors of all modes, at `factor` times the Laplacian's `symbols`.
+    fn set(&mut self, symbols: &[f64], linear: &LinearPart, factor: f64, dt: f64) -> Result<()> {
+        let row = |&symbol: &f64| {
             // A factor of zero keeps a wave out of every stage and of the result.
-            if k.iter().any(|&k| k > highest) {
-                return [0.0; 6];
-            }
-            factors(linear.at(laplacian.at(k, h)) * dt)
-        });
+            if symbol.is_nan() { [0.0; 6] } else { factors(linear.at(factor * symbol) * dt) }
+        };
+        let rows: Vec<[f64; 6]> = symbols.par_iter().map(row).collect();
         if let Some(bad) = rows.iter().flatten().find(|v| !v.is_finite()) {
             return Err(Error::out_of_range("factor of a linear part", *bad, "(-inf, inf)"));
         }
-        let column = |c: usize, scale: f64| rows.iter().map(|row| scale * row[c]).collect();
-        Ok(Self {
-            e: column(0, 1.0),
-            e2: column(1, 1.0),
-            q: column(2, dt),
-            f1: column(3, dt),
-            f2: column(4, dt),
-            f3: column(5, dt),
-        })
+        let columns =
+            [&mut self.e, &mut self.e2, &mut self.q, &mut self.f1, &mut self.f2, &mut self.f3];
+        for (c, column) in columns.into_iter().enumerate() {
+            let scale = if c < 2 { 1.0 } else { dt };
+            column.clear();
+            column.extend(rows.iter().map(|row| scale * row[c]));
+        }
+        Ok(())
     }
 }
 

@@ -6,23 +6,50 @@ use rayon::prelude::*;
 /// all species of a chunk stay in the first-level caches.
 const CHUNK: usize = 4096;
 
-/// Evaluates the reaction on whole fields, chunks in parallel.
+/// Most species of a [`Reaction`] in a stepper: the list of their pieces stands on the stack of a call.
+pub const MOST_SPECIES: usize = 32;
+
+/// Evaluates the reaction on whole fields, fixed chunks in parallel, without allocating.
 pub(super) fn evaluate(reaction: &dyn Reaction, u: &[Vec<f64>], rates: &mut [Vec<f64>]) {
-    let mut chunks: Vec<Vec<&mut [f64]>> = Vec::new();
-    for field in rates {
-        for (c, piece) in field.chunks_mut(CHUNK).enumerate() {
-            if c == chunks.len() {
-                chunks.push(Vec::with_capacity(u.len()));
-            }
-            chunks[c].push(piece);
-        }
+    let mut inputs: [&[f64]; MOST_SPECIES] = [&[]; MOST_SPECIES];
+    let mut outputs: [&mut [f64]; MOST_SPECIES] = std::array::from_fn(|_| &mut [][..]);
+    for (input, field) in inputs.iter_mut().zip(u) {
+        *input = field;
     }
-    chunks.par_iter_mut().enumerate().for_each(|(c, out)| {
-        let first = c * CHUNK;
-        let length = out.first().map_or(0, |piece| piece.len());
-        let u: Vec<&[f64]> = u.iter().map(|field| &field[first..first + length]).collect();
-        reaction.rates(first, &u, out);
-    });
+    for (output, field) in outputs.iter_mut().zip(rates) {
+        *output = field;
+    }
+    halve(reaction, u.len(), 0, inputs, outputs);
+}
+
+/// Evaluates at the nodes from `first` on: a chunk at once, more in two halves in parallel.
+fn halve(
+    reaction: &dyn Reaction,
+    species: usize,
+    first: usize,
+    u: [&[f64]; MOST_SPECIES],
+    mut rates: [&mut [f64]; MOST_SPECIES],
+) {
+    let chunks = u[0].len().div_ceil(CHUNK);
+    if chunks < 2 {
+        return reaction.rates(first, &u[..species], &mut rates[..species]);
+    }
+    let middle = chunks / 2 * CHUNK;
+    let mut high: [&mut [f64]; MOST_SPECIES] = std::array::from_fn(|_| &mut [][..]);
+    for (low, high) in rates[..species].iter_mut().zip(&mut high) {
+        (*low, *high) = std::mem::take(low).split_at_mut(middle);
+    }
+    let part = |low: bool| {
+        u.map(|u| match u.len() {
+            0 => u,
+            _ if low => &u[..middle],
+            _ => &u[middle..],
+        })
+    };
+    rayon::join(
+        || halve(reaction, species, first, part(true), rates),
+        || halve(reaction, species, first + middle, part(false), high),
+    );
 }
 
 /// Refuses a state or reaction that does not fit the stepper.
@@ -32,6 +59,10 @@ pub(super) fn check(
     reaction: &dyn Reaction,
     u: &[Vec<f64>],
 ) -> Result<()> {
+    if species > MOST_SPECIES {
+        let range = format!("[1, {MOST_SPECIES}]");
+        return Err(Error::out_of_range("number of species", species as f64, &range));
+    }
     for (name, count) in [("species of the reaction", reaction.species()), ("species", u.len())] {
         if count != species {
             return Err(Error::Shape {

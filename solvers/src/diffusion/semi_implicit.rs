@@ -4,8 +4,8 @@ use super::rates::{self, combine};
 use super::{Diffusivity, Operator, Reaction};
 use crate::field::sum;
 use crate::sparse::{Cholesky, Ordering, Scratch, Symbolic, nested_dissection};
-use crate::spectral::{LaplacianSymbol, Transform};
-use crate::{Boundary, Grid, Result};
+use crate::spectral::{LaplacianSymbol, LinearPart, Transform};
+use crate::{Boundary, Error, Grid, Result};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -41,6 +41,8 @@ pub struct SemiImplicit {
     config: SemiImplicitConfig,
     solves: Vec<Solve>,
     transform: Transform,
+    /// The Laplacian of each mode at the start.
+    symbols: Vec<f64>,
     modes: Vec<f64>,
     rates: Vec<Vec<f64>>,
     stage: Vec<Vec<f64>>,
@@ -50,12 +52,23 @@ pub struct SemiImplicit {
 /// `(1 - gamma dt A)^-1` of one species.
 enum Solve {
     Identity,
-    Diagonal(Vec<f64>),
+    /// By series: the linear part, and the factor of each mode.
+    Diagonal(LinearPart, Vec<f64>),
     Factor(Cholesky, Scratch),
 }
 
 /// Both diagonal entries of ARS(2,2,2)'s implicit table.
 const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
+
+impl SemiImplicitConfig {
+    /// Length of an implicit stage.
+    fn implicit_step(&self) -> f64 {
+        match self.scheme {
+            ImexScheme::Euler => self.dt,
+            ImexScheme::Ars222 => GAMMA * self.dt,
+        }
+    }
+}
 
 impl SemiImplicit {
     /// A stepper for as many species as there are diffusivities.
@@ -69,26 +82,82 @@ impl SemiImplicit {
         diffusion: &[Diffusivity],
         config: SemiImplicitConfig,
     ) -> Result<Self> {
+        let theta = config.implicit_step();
+        Self::with_solves(grid, boundary, config, diffusion.len(), |transform, s| {
+            Solve::new(transform, boundary, &diffusion[s], theta)
+        })
+    }
+
+    /// A stepper for linear parts that are functions of the Laplacian, all implicit.
+    ///
+    /// # Errors
+    /// If `dt` is not positive, the boundary is extrapolated, or a linear part grows
+    /// faster than the step can follow, at `1/dt` or more.
+    pub fn with_linear_parts(
+        grid: Grid,
+        boundary: Boundary,
+        linear: &[LinearPart],
+        config: SemiImplicitConfig,
+    ) -> Result<Self> {
+        Self::with_solves(grid, boundary, config, linear.len(), |_, s| {
+            Ok(Solve::Diagonal(linear[s].clone(), Vec::new()))
+        })
+    }
+
+    fn with_solves(
+        grid: Grid,
+        boundary: Boundary,
+        config: SemiImplicitConfig,
+        species: usize,
+        solve: impl Fn(&Transform, usize) -> Result<Solve>,
+    ) -> Result<Self> {
         rates::check_dt(config.dt)?;
         let transform = Transform::new(grid, boundary)?;
-        let theta = match config.scheme {
-            ImexScheme::Euler => config.dt,
-            ImexScheme::Ars222 => GAMMA * config.dt,
-        };
-        let solve = |d: &Diffusivity| Solve::new(&transform, boundary, d, theta, config.laplacian);
-        let solves = diffusion.iter().map(solve).collect::<Result<Vec<_>>>()?;
-        let fields = || vec![vec![0.0; grid.len()]; diffusion.len()];
-        let modes = vec![0.0; grid.len()];
-        Ok(Self {
+        let symbols = transform.map_modes(|k| config.laplacian.at(k, grid.spacing()));
+        let solves = (0..species).map(|s| solve(&transform, s)).collect::<Result<Vec<_>>>()?;
+        let fields = || vec![vec![0.0; grid.len()]; species];
+        let mut stepper = Self {
             grid,
             config,
             solves,
             transform,
-            modes,
+            symbols,
+            modes: vec![0.0; grid.len()],
             rates: fields(),
             stage: fields(),
             next: fields(),
-        })
+        };
+        stepper.set_factors(1.0)?;
+        Ok(stepper)
+    }
+
+    /// From now on the Laplacian is `factor` times that of the start, as on a domain that has grown.
+    ///
+    /// # Errors
+    /// If a diffusivity is a map or a tensor, whose factor would have to be made anew each
+    /// step, or as [`SemiImplicit::with_linear_parts`].
+    pub fn scale_laplacian(&mut self, factor: f64) -> Result<()> {
+        if self.solves.iter().any(|solve| matches!(solve, Solve::Factor(..))) {
+            let reason = "a Laplacian that changes needs constant diffusion in implicit steps";
+            return Err(Error::Invalid(reason.into()));
+        }
+        self.set_factors(factor)
+    }
+
+    fn set_factors(&mut self, factor: f64) -> Result<()> {
+        let theta = self.config.implicit_step();
+        for solve in &mut self.solves {
+            if let Solve::Diagonal(linear, factors) = solve {
+                factors.clear();
+                factors.extend(
+                    self.symbols.iter().map(|s| 1.0 / (1.0 - theta * linear.at(factor * s))),
+                );
+                if let Some(&bad) = factors.iter().find(|&&f| !(f >= 0.0 && f.is_finite())) {
+                    return Err(Error::out_of_range("factor of an implicit step", bad, "[0, inf)"));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Advances `u`, one field per species, by one time step.
@@ -150,17 +219,14 @@ impl Solve {
         boundary: Boundary,
         diffusivity: &Diffusivity,
         theta: f64,
-        laplacian: LaplacianSymbol,
     ) -> Result<Self> {
         let grid = transform.grid();
         let operator = Operator::new(grid, boundary, diffusivity)?;
         if let Diffusivity::Constant(d) = *diffusivity {
-            let h = grid.spacing();
-            let factor = |k| 1.0 / (1.0 + theta * d * laplacian.at(k, h));
             return Ok(if d == 0.0 {
                 Self::Identity
             } else {
-                Self::Diagonal(transform.map_modes(factor))
+                Self::Diagonal(LinearPart::diffusion(d), Vec::new())
             });
         }
         let matrix = operator.matrix(1.0, -theta)?;
@@ -177,7 +243,7 @@ impl Solve {
     fn apply(&mut self, transform: &mut Transform, modes: &mut [f64], b: &[f64], x: &mut [f64]) {
         match self {
             Self::Identity => x.copy_from_slice(b),
-            Self::Diagonal(factors) => {
+            Self::Diagonal(_, factors) => {
                 transform.forward(b, modes);
                 combine(modes, [factors], |mode, [factor]| mode * factor);
                 transform.inverse(modes, x);
@@ -187,7 +253,12 @@ impl Solve {
                 factor.solve(x, scratch);
             }
         }
-        if !matches!(self, Self::Identity) {
+        let keeps_mean = match self {
+            Self::Identity => false,
+            Self::Diagonal(linear, _) => linear.at(0.0) == 0.0,
+            Self::Factor(..) => true,
+        };
+        if keeps_mean {
             // Diffusion keeps the mean, of which a factor of a stiff matrix loses digits
             // and a series the last few, always in the same direction. The sum of the
             // differences rounds far less than the difference of the sums.
@@ -200,7 +271,7 @@ impl Solve {
     fn describe(&self) -> String {
         match self {
             Self::Identity => "no diffusion".into(),
-            Self::Diagonal(_) => "constant diffusion by series".into(),
+            Self::Diagonal(..) => "linear part by series".into(),
             Self::Factor(factor, _) => {
                 let (n, entries) = (factor.len(), factor.entries());
                 format!("sparse Cholesky, {n} unknowns, {entries} entries in the factor")

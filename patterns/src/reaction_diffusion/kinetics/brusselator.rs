@@ -22,46 +22,40 @@ pub static KINETICS: Kinetics = Kinetics {
     source: "Prigogine and Lefever 1968; De Wit 1999",
     species: &["u", "v"],
     parameters: &[range("a", 0.0, 100.0), range("b", 0.0, 100.0)],
+    defaults: DEFAULTS,
     presets: PRESETS,
     explicit: explicit_double::<Brusselator, 2, 2>,
-    reaction: Some(reaction::<Brusselator, 2, 2>),
+    linear: None,
+    reaction: reaction::<Brusselator, 2, 2>,
 };
+
+const DEFAULTS: &str = r#"
+size = [128, 128]
+boundary = "periodic"
+clamp = true
+diffusion = { u = 2.0, v = 16.0 }
+ink = { species = "u", level = "mean", below = false }
+curve = { speed = "off" }
+perturbation = [{ target = "u", kind = "noise", amplitude = 0.05, region = "all" }]
+"#;
 
 pub(crate) const PRESETS: &[Preset] = &[
     Preset {
         name: "brusselator-stripes",
         about: "Stripes of a labyrinth, near the threshold",
-        config: r#"
-kinetics = "brusselator"
-size = [128, 128]
-iterations = 10000
-dt = 0.02
-boundary = "periodic"
-clamp = true
-parameters = { a = 3.0, b = 4.6 }
-diffusion = { u = 2.0, v = 16.0 }
-initial = { u = 3.0, v = 1.533333 }
-ink = { species = "u", level = "mean", below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "u", kind = "noise", amplitude = 0.05, region = "all" }]
-"#,
+        config: "kinetics = 'brusselator'\n\
+                 iterations = 10000\n\
+                 dt = 0.02\n\
+                 parameters = { a = 3.0, b = 4.6 }\n\
+                 initial = { u = 3.0, v = 1.533333 }",
     },
     Preset {
         name: "brusselator-spots",
         about: "Spots, far above the threshold",
-        config: r#"
-kinetics = "brusselator"
-size = [128, 128]
-iterations = 8000
-dt = 0.004
-boundary = "periodic"
-clamp = true
-parameters = { a = 3.0, b = 6.0 }
-diffusion = { u = 2.0, v = 16.0 }
-initial = { u = 3.0, v = 2.0 }
-ink = { species = "u", level = "mean", below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "u", kind = "noise", amplitude = 0.05, region = "all" }]
-"#,
+        config: "kinetics = 'brusselator'\n\
+                 iterations = 8000\n\
+                 dt = 0.004\n\
+                 parameters = { a = 3.0, b = 6.0 }\n\
+                 initial = { u = 3.0, v = 2.0 }",
     },
 ];

@@ -25,46 +25,37 @@ pub static KINETICS: Kinetics = Kinetics {
         range("gamma", 0.0, 10.0),
         range("delta", -10.0, 10.0),
     ],
+    defaults: DEFAULTS,
     presets: PRESETS,
     explicit: explicit_double::<FitzHughNagumo, 2, 3>,
-    reaction: Some(reaction::<FitzHughNagumo, 2, 3>),
+    linear: None,
+    reaction: reaction::<FitzHughNagumo, 2, 3>,
 };
+
+const DEFAULTS: &str = r#"
+size = [128, 128]
+iterations = 8000
+dt = 0.1
+boundary = "periodic"
+clamp = false
+diffusion = { u = 0.5, v = 3.0 }
+initial = { u = 0.0, v = 0.0 }
+ink = { species = "u", level = "mean", below = false }
+curve = { speed = "off" }
+perturbation = [{ target = "u", kind = "noise", amplitude = 0.01, region = "all" }]
+"#;
 
 pub(crate) const PRESETS: &[Preset] = &[
     Preset {
         name: "fitzhugh-nagumo-labyrinth",
         about: "Symmetric labyrinth",
-        config: r#"
-kinetics = "fitzhugh-nagumo"
-size = [128, 128]
-iterations = 8000
-dt = 0.1
-boundary = "periodic"
-clamp = false
-parameters = { epsilon = 2.0, gamma = 0.75, delta = 0.0 }
-diffusion = { u = 0.5, v = 3.0 }
-initial = { u = 0.0, v = 0.0 }
-ink = { species = "u", level = "mean", below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "u", kind = "noise", amplitude = 0.01, region = "all" }]
-"#,
+        config: "kinetics = 'fitzhugh-nagumo'\n\
+                 parameters = { epsilon = 2.0, gamma = 0.75, delta = 0.0 }",
     },
     Preset {
         name: "fitzhugh-nagumo-holes",
         about: "Holes and stripes side by side",
-        config: r#"
-kinetics = "fitzhugh-nagumo"
-size = [128, 128]
-iterations = 8000
-dt = 0.1
-boundary = "periodic"
-clamp = false
-parameters = { epsilon = 2.0, gamma = 0.75, delta = 0.02 }
-diffusion = { u = 0.5, v = 3.0 }
-initial = { u = 0.0, v = 0.0 }
-ink = { species = "u", level = "mean", below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "u", kind = "noise", amplitude = 0.01, region = "all" }]
-"#,
+        config: "kinetics = 'fitzhugh-nagumo'\n\
+                 parameters = { epsilon = 2.0, gamma = 0.75, delta = 0.02 }",
     },
 ];

@@ -28,64 +28,45 @@ pub static KINETICS: Kinetics = Kinetics {
         range("nu", 0.0, 100.0),
         range("kappa", 0.0, 100.0),
     ],
+    defaults: DEFAULTS,
     presets: PRESETS,
     explicit: explicit_double::<GiererMeinhardt, 2, 4>,
-    reaction: Some(reaction::<GiererMeinhardt, 2, 4>),
+    linear: None,
+    reaction: reaction::<GiererMeinhardt, 2, 4>,
 };
+
+const DEFAULTS: &str = r#"
+size = [128, 128]
+dt = 0.03
+boundary = "periodic"
+clamp = true
+diffusion = { a = 0.5, h = 10.0 }
+initial = { a = 1.0, h = 1.0 }
+ink = { species = "a", level = "mean", below = false }
+curve = { speed = "off" }
+perturbation = [{ target = "a", kind = "noise", amplitude = 0.05, region = "all" }]
+"#;
 
 pub(crate) const PRESETS: &[Preset] = &[
     Preset {
         name: "gierer-meinhardt-spots",
         about: "Peaks of activator, without saturation",
-        config: r#"
-kinetics = "gierer-meinhardt"
-size = [128, 128]
-iterations = 8000
-dt = 0.03
-boundary = "periodic"
-clamp = true
-parameters = { rho = 0.02, mu = 1.0, nu = 2.0, kappa = 0.0 }
-diffusion = { a = 0.5, h = 10.0 }
-initial = { a = 1.0, h = 1.0 }
-ink = { species = "a", level = "mean", below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "a", kind = "noise", amplitude = 0.05, region = "all" }]
-"#,
+        config: "kinetics = 'gierer-meinhardt'\n\
+                 iterations = 8000\n\
+                 parameters = { rho = 0.02, mu = 1.0, nu = 2.0, kappa = 0.0 }",
     },
     Preset {
         name: "gierer-meinhardt-stripes",
         about: "Stripes, by saturation of the activator",
-        config: r#"
-kinetics = "gierer-meinhardt"
-size = [128, 128]
-iterations = 12000
-dt = 0.03
-boundary = "periodic"
-clamp = true
-parameters = { rho = 0.02, mu = 1.0, nu = 2.0, kappa = 0.05 }
-diffusion = { a = 0.5, h = 10.0 }
-initial = { a = 1.0, h = 1.0 }
-ink = { species = "a", level = "mean", below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "a", kind = "noise", amplitude = 0.05, region = "all" }]
-"#,
+        config: "kinetics = 'gierer-meinhardt'\n\
+                 iterations = 12000\n\
+                 parameters = { rho = 0.02, mu = 1.0, nu = 2.0, kappa = 0.05 }",
     },
     Preset {
         name: "gierer-meinhardt-holes",
         about: "Holes, by strong saturation of the activator",
-        config: r#"
-kinetics = "gierer-meinhardt"
-size = [128, 128]
-iterations = 12000
-dt = 0.03
-boundary = "periodic"
-clamp = true
-parameters = { rho = 0.02, mu = 1.0, nu = 2.0, kappa = 0.1 }
-diffusion = { a = 0.5, h = 10.0 }
-initial = { a = 1.0, h = 1.0 }
-ink = { species = "a", level = "mean", below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "a", kind = "noise", amplitude = 0.05, region = "all" }]
-"#,
+        config: "kinetics = 'gierer-meinhardt'\n\
+                 iterations = 12000\n\
+                 parameters = { rho = 0.02, mu = 1.0, nu = 2.0, kappa = 0.1 }",
     },
 ];

@@ -25,10 +25,21 @@ pub static KINETICS: Kinetics = Kinetics {
     source: "Gray and Scott 1984; Pearson 1993; Munafo 2014",
     species: &["u", "v"],
     parameters: &[range("feed", 0.0, 1.0), range("kill", 0.0, 1.0)],
+    defaults: DEFAULTS,
     presets: PRESETS,
     explicit: explicit::<GrayScott, 2, 2>,
-    reaction: Some(reaction::<GrayScott, 2, 2>),
+    linear: None,
+    reaction: reaction::<GrayScott, 2, 2>,
 };
+
+const DEFAULTS: &str = r#"
+size = [256, 256]
+boundary = "periodic"
+diffusion = { u = 0.2097152, v = 0.1048576 }
+initial = { u = 1.0, v = 0.0 }
+ink = { species = "v", level = 0.2, below = false }
+curve = { speed = "off" }
+"#;
 
 /// A class: squares (u, v, width, number) of the other state on a 256x256 grid, at one feed and kill rate.
 macro_rules! class {
@@ -41,17 +52,13 @@ macro_rules! class {
             name: concat!("gray-scott-", $name),
             about: $about,
             config: concat!(
-                "kinetics = 'gray-scott'\nsize = [256, 256]\nboundary = 'periodic'\n",
-                "iterations = ",
+                "kinetics = 'gray-scott'\niterations = ",
                 $iterations,
                 "\nparameters = { feed = ",
                 $feed,
                 ", kill = ",
                 $kill,
-                " }\n",
-                "diffusion = { u = 0.2097152, v = 0.1048576 }\ninitial = { u = 1.0, v = 0.0 }\n",
-                "ink = { species = 'v', level = 0.2, below = false }\ncurve = { speed = 'off' }\n",
-                "perturbation = [\n",
+                " }\nperturbation = [\n",
                 "{ target = 'u', kind = 'set', region = 'squares', amplitude = ",
                 $u,
                 ", width = ",

@@ -34,42 +34,35 @@ pub static KINETICS: Kinetics = Kinetics {
         range("gamma", 0.0, 1.0),
         range("c", 0.0, 1.0),
     ],
+    defaults: DEFAULTS,
     presets: PRESETS,
     explicit: explicit_double::<Meinhardt, 5, 4>,
-    reaction: Some(reaction::<Meinhardt, 5, 4>),
+    linear: None,
+    reaction: reaction::<Meinhardt, 5, 4>,
 };
+
+const DEFAULTS: &str = r#"
+size = [80, 80]
+iterations = 8000
+dt = 0.5
+parameters = { alpha = 0.04, beta = 0.06, gamma = 0.04, c = 0.01 }
+diffusion = { g1 = 0.009, g2 = 0.009, s1 = 0.2, s2 = 0.2, r = 0.0 }
+initial = { g1 = 0.75, g2 = 0.75, s1 = 0.75, s2 = 0.75, r = 0.140625 }
+ink = { species = "g1", level = 0.75, below = false }
+curve = { speed = "off" }
+"#;
 
 pub(crate) const PRESETS: &[Preset] = &[
     Preset {
         name: "meinhardt-stripes",
         about: "Clean stripes that spread from an edge",
-        config: r#"
-kinetics = "meinhardt"
-size = [80, 80]
-iterations = 8000
-dt = 0.5
-parameters = { alpha = 0.04, beta = 0.06, gamma = 0.04, c = 0.01 }
-diffusion = { g1 = 0.009, g2 = 0.009, s1 = 0.2, s2 = 0.2, r = 0.0 }
-initial = { g1 = 0.75, g2 = 0.75, s1 = 0.75, s2 = 0.75, r = 0.140625 }
-ink = { species = "g1", level = 0.75, below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "g1", kind = "add", amplitude = 0.02, region = "edge" }]
-"#,
+        config: "kinetics = 'meinhardt'\n\
+                 perturbation = [{ target = 'g1', kind = 'add', amplitude = 0.02, region = 'edge' }]",
     },
     Preset {
         name: "meinhardt-patches",
         about: "Irregular patches from noise",
-        config: r#"
-kinetics = "meinhardt"
-size = [80, 80]
-iterations = 8000
-dt = 0.5
-parameters = { alpha = 0.04, beta = 0.06, gamma = 0.04, c = 0.01 }
-diffusion = { g1 = 0.009, g2 = 0.009, s1 = 0.2, s2 = 0.2, r = 0.0 }
-initial = { g1 = 0.75, g2 = 0.75, s1 = 0.75, s2 = 0.75, r = 0.140625 }
-ink = { species = "g1", level = 0.75, below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "g1", kind = "noise", amplitude = 0.02, region = "all" }]
-"#,
+        config: "kinetics = 'meinhardt'\n\
+                 perturbation = [{ target = 'g1', kind = 'noise', amplitude = 0.02, region = 'all' }]",
     },
 ];

@@ -13,6 +13,7 @@ use super::stepper::{self, Setup, Stepper};
 use crate::{Preset, Result};
 use solvers::diffusion::Reaction;
 use solvers::diffusion::explicit::{Cell, CellReaction, Parameter};
+use solvers::spectral::LinearPart;
 
 /// Every kinetics, in the order shown to people.
 pub static KINETICS: &[&Kinetics] = &[
@@ -29,6 +30,9 @@ pub static KINETICS: &[&Kinetics] = &[
 /// Makes a reaction at given parameters.
 pub type MakeReaction = fn(&[Parameter]) -> Result<Box<dyn Reaction + Send>>;
 
+/// Makes the linear part of each species; `None` if a map makes it vary in place.
+pub type MakeLinear = fn(&[Parameter]) -> Option<Vec<LinearPart>>;
+
 /// A reaction as the registry sees it.
 pub struct Kinetics {
     /// Name in configurations, `kebab-case`.
@@ -41,12 +45,16 @@ pub struct Kinetics {
     pub species: &'static [&'static str],
     /// Names of the parameters and the ranges that they may have.
     pub parameters: &'static [Range],
-    /// Configurations that make a known pattern; the first holds the defaults.
+    /// What its runs start from, as TOML, before a preset and the user's own keys.
+    pub defaults: &'static str,
+    /// Configurations that make a known pattern; the first is that of the kinetics' name alone.
     pub presets: &'static [Preset],
     /// The explicit stepper at concentrations 0.
     pub explicit: fn(&Setup) -> Result<Box<dyn Stepper>>,
-    /// The reaction for other steppers; `None` if it is more than a reaction.
-    pub reaction: Option<MakeReaction>,
+    /// The linear part of each species for other steppers, if it is not diffusion.
+    pub linear: Option<MakeLinear>,
+    /// The reaction for other steppers.
+    pub reaction: MakeReaction,
 }
 
 /// The presets of all kinetics, in the order shown to people.

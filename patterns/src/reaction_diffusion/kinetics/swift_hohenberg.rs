@@ -2,67 +2,78 @@
 //!
 //! Explicit steps need the Laplacian of the Laplacian, which reaches two cells
 //! far. It is carried as a second field `w = lap u`, which the first of two
-//! sweeps per step fills: both sweeps then reach one cell only.
+//! sweeps per step fills: both sweeps then reach one cell only. The other steppers
+//! have the operator as a linear part, -(k0^2 - s)^2 at the Laplacian's symbol s, and
+//! r u + g u^2 - u^3 as the reaction.
 
-use super::{Kinetics, range};
+use super::{Kinetics, range, reaction};
+use crate::reaction_diffusion::grown::Stretchable;
 use crate::reaction_diffusion::stepper::{self, Setup, Stepper};
 use crate::{Preset, Result};
-use solvers::diffusion::explicit::{Explicit, Kernel, Parameter, Real, Rows, Stencil};
+use solvers::Grid;
+use solvers::diffusion::explicit::{Cell, Kernel, Parameter, Real, Rows, Stencil};
+use solvers::spectral::LinearPart;
 
 /// Registry entry.
 pub static KINETICS: Kinetics = Kinetics {
     name: "swift-hohenberg",
-    equations: "u: r u - (k0^2 + lap)^2 u + g u^2 - u^3; w = lap u",
+    equations: "u: r u - (k0^2 + lap)^2 u + g u^2 - u^3",
     source: "Swift and Hohenberg 1977; Cross and Hohenberg 1993",
-    species: &["u", "w"],
+    species: &["u"],
     parameters: &[range("r", -10.0, 10.0), range("g", -10.0, 10.0), range("k0", 0.0, 2.0)],
+    defaults: DEFAULTS,
     presets: PRESETS,
     explicit,
-    reaction: None,
+    linear: Some(linear),
+    reaction: reaction::<SwiftHohenberg, 1, 3>,
 };
+
+/// The reaction of one cell, without the linear operator.
+struct SwiftHohenberg;
+
+impl Cell<1, 3> for SwiftHohenberg {
+    #[inline(always)]
+    fn rates<T: Real>([u]: [T; 1], [r, g, _]: [T; 3]) -> [T; 1] {
+        [r * u + (g - u) * u * u]
+    }
+}
+
+fn linear(parameters: &[Parameter]) -> Option<Vec<LinearPart>> {
+    let Parameter::Uniform(k0) = *parameters.get(2)? else { return None };
+    Some(vec![LinearPart::new(move |s| -(k0 * k0 - s) * (k0 * k0 - s))])
+}
+
+const DEFAULTS: &str = r#"
+size = [128, 128]
+iterations = 8000
+dt = 0.05
+boundary = "periodic"
+clamp = false
+diffusion = {}
+initial = { u = 0.0 }
+ink = { species = "u", level = "mean", below = false }
+curve = { speed = "off" }
+perturbation = [{ target = "u", kind = "noise", amplitude = 0.1, region = "all" }]
+"#;
 
 pub(crate) const PRESETS: &[Preset] = &[
     Preset {
         name: "swift-hohenberg-stripes",
         about: "Stripes, as convection rolls; wavelength 8 cells",
-        config: r#"
-kinetics = "swift-hohenberg"
-size = [128, 128]
-iterations = 8000
-dt = 0.05
-boundary = "periodic"
-clamp = false
-parameters = { r = 0.2, g = 0.0, k0 = 0.7853981633974483 }
-diffusion = {}
-initial = { u = 0.0 }
-ink = { species = "u", level = "mean", below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "u", kind = "noise", amplitude = 0.1, region = "all" }]
-"#,
+        config: "kinetics = 'swift-hohenberg'\n\
+                 parameters = { r = 0.2, g = 0.0, k0 = 0.7853981633974483 }",
     },
     Preset {
         name: "swift-hohenberg-spots",
         about: "Spots, by the quadratic term; wavelength 8 cells",
-        config: r#"
-kinetics = "swift-hohenberg"
-size = [128, 128]
-iterations = 8000
-dt = 0.05
-boundary = "periodic"
-clamp = false
-parameters = { r = 0.02, g = 1.2, k0 = 0.7853981633974483 }
-diffusion = {}
-initial = { u = 0.0 }
-ink = { species = "u", level = "mean", below = false }
-curve = { speed = "off" }
-perturbation = [{ target = "u", kind = "noise", amplitude = 0.1, region = "all" }]
-"#,
+        config: "kinetics = 'swift-hohenberg'\n\
+                 parameters = { r = 0.02, g = 1.2, k0 = 0.7853981633974483 }",
     },
 ];
 
-/// The two sweeps of a step.
+/// The two sweeps of a step; species 0 is u, species 1 its Laplacian.
 #[derive(Clone, Debug)]
-struct SwiftHohenberg<T> {
+struct Sweeps<T> {
     stencil: Stencil,
     volumetric: bool,
     dt: T,
@@ -77,12 +88,12 @@ fn explicit(setup: &Setup) -> Result<Box<dyn Stepper>> {
     let largest = setup.stencil.max_symbol(setup.grid);
     setup.check_rate((largest - k0 * k0).powi(2).max(k0.powi(4)))?;
     setup.check_double()?;
-    Ok(Box::new(Explicit::new(setup.grid, setup.boundary, kernel::<f64>(setup)?)?))
+    stepper::explicit_kernel(setup, kernel::<f64>(setup)?)
 }
 
-fn kernel<T: Real>(setup: &Setup) -> Result<SwiftHohenberg<T>> {
+fn kernel<T: Real>(setup: &Setup) -> Result<Sweeps<T>> {
     let parameters: [Parameter; 3] = stepper::array(&setup.parameters)?;
-    Ok(SwiftHohenberg {
+    Ok(Sweeps {
         stencil: setup.stencil,
         volumetric: setup.grid.shape()[0] > 1,
         dt: T::from_f64(setup.dt),
@@ -94,7 +105,13 @@ fn kernel<T: Real>(setup: &Setup) -> Result<SwiftHohenberg<T>> {
     })
 }
 
-impl<T: Real> Kernel<T> for SwiftHohenberg<T> {
+impl<T: Real> Stretchable for Sweeps<T> {
+    fn scale_laplacian(&mut self, grid: Grid, _: &[f64], factor: f64) {
+        self.scale = T::from_f64(self.stencil.scale(grid) * factor);
+    }
+}
+
+impl<T: Real> Kernel<T> for Sweeps<T> {
     fn species(&self) -> usize {
         2
     }

@@ -22,94 +22,64 @@ pub static KINETICS: Kinetics = Kinetics {
     source: "Turing 1952; equations 1.6 and 1.7",
     species: &["a", "b"],
     parameters: &[range("s", 0.0, 10.0), range("xi", 0.0, 16.0)],
+    defaults: DEFAULTS,
     presets: PRESETS,
     explicit: explicit::<Turing, 2, 2>,
-    reaction: Some(reaction::<Turing, 2, 2>),
+    linear: None,
+    reaction: reaction::<Turing, 2, 2>,
 };
+
+const DEFAULTS: &str = r#"
+diffusion = { a = 0.25, b = 0.0625 }
+initial = { a = 4.0, b = 4.0 }
+parameters = { s = 0.03125, xi = 12.0 }
+ink = { species = "b", level = "mean", below = true }
+"#;
 
 pub(crate) const PRESETS: &[Preset] = &[
     Preset {
         name: "spots",
         about: "Spots from a random substrate: figure 1.5, 80x80, 8000 iterations",
-        config: r#"
-kinetics = "turing"
-parameters = { s = 0.03125, xi = 12.0 }
-diffusion = { a = 0.25, b = 0.0625 }
-initial = { a = 4.0, b = 4.0 }
-ink = { species = "b", level = "mean", below = true }
-
-perturbation = [{ target = "xi", kind = "noise", amplitude = 0.5, region = "even" }]
-"#,
+        config: "kinetics = 'turing'\n\
+                 perturbation = [{ target = 'xi', kind = 'noise', amplitude = 0.5, region = 'even' }]",
     },
     Preset {
         name: "stripes",
         about: "Straight stripes that spread from a line of the substrate",
-        config: r#"
-kinetics = "turing"
-parameters = { s = 0.03125, xi = 12.0 }
-diffusion = { a = 0.25, b = 0.0625 }
-initial = { a = 4.0, b = 4.0 }
-ink = { species = "b", level = "mean", below = true }
-
-perturbation = [{ target = "xi", kind = "add", amplitude = 0.5, region = "center-line" }]
-"#,
+        config: "kinetics = 'turing'\n\
+                 perturbation = [{ target = 'xi', kind = 'add', amplitude = 0.5, region = 'center-line' }]",
     },
     Preset {
         name: "rings",
         about: "Rings around a 4x4 block of the substrate, 1000 iterations",
-        config: r#"
-kinetics = "turing"
-parameters = { s = 0.03125, xi = 12.0 }
-diffusion = { a = 0.25, b = 0.0625 }
-initial = { a = 4.0, b = 4.0 }
-ink = { species = "b", level = "mean", below = true }
-
-iterations = 1000
-perturbation = [{ target = "xi", kind = "add", amplitude = 0.5, region = "block", width = 4 }]
-"#,
+        config: "kinetics = 'turing'\n\
+                 iterations = 1000\n\
+                 perturbation = [{ target = 'xi', kind = 'add', amplitude = 0.5, region = 'block', width = 4 }]",
     },
     Preset {
         name: "labyrinth",
         about: "A labyrinth: a higher substrate and slower diffusion of b",
-        config: r#"
-kinetics = "turing"
-parameters = { s = 0.03125, xi = 13.0 }
-diffusion = { a = 0.25, b = 0.05 }
-initial = { a = 5.333333333333333, b = 3.0 }
-ink = { species = "b", level = "mean", below = true }
-
-perturbation = [{ target = "xi", kind = "noise", amplitude = 0.5, region = "even" }]
-"#,
+        config: "kinetics = 'turing'\n\
+                 parameters = { s = 0.03125, xi = 13.0 }\n\
+                 diffusion = { a = 0.25, b = 0.05 }\n\
+                 initial = { a = 5.333333333333333, b = 3.0 }\n\
+                 perturbation = [{ target = 'xi', kind = 'noise', amplitude = 0.5, region = 'even' }]",
     },
     Preset {
         name: "literal",
         about: "The spots with the speed that the paper writes, the Laplacian of b: tracks inflection contours",
-        config: r#"
-kinetics = "turing"
-parameters = { s = 0.03125, xi = 12.0 }
-diffusion = { a = 0.25, b = 0.0625 }
-initial = { a = 4.0, b = 4.0 }
-ink = { species = "b", level = "mean", below = true }
-
-perturbation = [{ target = "xi", kind = "noise", amplitude = 0.5, region = "even" }]
-curve = { speed = "literal" }
-"#,
+        config: "kinetics = 'turing'\n\
+                 perturbation = [{ target = 'xi', kind = 'noise', amplitude = 0.5, region = 'even' }]\n\
+                 curve = { speed = 'literal' }",
     },
     Preset {
         name: "figure-1-1",
         about: "One row of 60 cells at iterations 0, 4000, 8000 and 12000: figure 1.1",
-        config: r#"
-kinetics = "turing"
-parameters = { s = 0.03125, xi = 12.0 }
-diffusion = { a = 0.25, b = 0.0625 }
-initial = { a = 4.0, b = 4.0 }
-ink = { species = "b", level = "mean", below = true }
-
-size = [60]
-iterations = 12000
-snapshots = [0, 4000, 8000, 12000]
-perturbation = [{ target = "xi", kind = "noise", amplitude = 0.05, region = "all" }]
-curve = { speed = "off" }
-"#,
+        config: "kinetics = 'turing'\n\
+                 size = [60]\n\
+                 iterations = 12000\n\
+                 snapshots = [0, 4000, 8000, 12000]\n\
+                 perturbation = [{ target = 'xi', kind = 'noise', amplitude = 0.05, region = 'all' }]\n\
+                 curve = { speed = 'off' }",
     },
 ];

@@ -8,7 +8,7 @@ use super::stencil::Stencil;
 use std::ops::Range;
 
 /// Chebyshev polynomials of the fourth kind, best for V-cycles: weights of the steps, by
-/// degree. Lottes 2023, "Optimal polynomial smoothers for multigrid V-cycles", table 4.1.
+/// degree. Lottes 2023, "Optimal polynomial smoothers for multigrid V-cycles" (arXiv 2202.08830).
 const WEIGHTS: [&[f64]; 3] = [
     &[1.023_872_875_703_13, 1.264_089_053_710_85],
     &[1.008_425_447_820_28, 1.088_678_392_087_30, 1.337_531_259_096_18],

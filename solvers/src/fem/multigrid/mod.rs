@@ -150,7 +150,7 @@ impl Multigrid {
     /// `ke` row by row, symmetric, `components * 2^dim` rows; `components` is 1 or the number
     /// of axes. `fixed` (the unknown is 0) and `springs` (extra diagonal, in the unit of
     /// `E Ke`, or empty for none) have one entry per unknown. Threads are those of the rayon
-    /// pool it is called in. Bytes: see [`memory`].
+    /// pool it is called in. Bytes: see [`memory()`].
     ///
     /// # Errors
     /// If a length or the number of components does not fit, `ke` is not symmetric with a
