@@ -153,13 +153,9 @@ pub fn resume(path: &Path, options: &Options) -> Result<Outcome> {
         .with_context(|| format!("{}", path.join("run.json").display()))?;
     run.restore(&state)?;
     let frames = state.all_u64("lab.frames_wanted")?.first().copied().unwrap_or(0);
-<<<<<<< HEAD
-    let mut recorder = Recorder::new(run.expected_iterations(), frames);
-=======
     let apng = state.all_u64("lab.apng")?.first() == Some(&1);
     let film = if apng { Film::Apng } else { Film::Gif };
-    let mut recorder = Recorder::new(run.max_iterations(), frames);
->>>>>>> wt-rd
+    let mut recorder = Recorder::new(run.expected_iterations(), frames);
     recorder.restore(&state, run.as_ref())?;
     let mut folder = Folder::open(path);
     folder.adopt(&manifest.files);
