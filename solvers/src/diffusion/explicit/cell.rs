@@ -132,13 +132,13 @@ impl<T: Real, C: Cell<S, P>, const S: usize, const P: usize> CellKernel<T, C, S,
         let count = rows.cells.div_ceil(CHUNK);
         let first = first / rows.cells * count;
         let mut maps: [&[[T; CHUNK]]; P] = [&[]; P];
-        for p in 0..P {
-            maps[p] =
-                &self.maps[p].as_chunks().0[if self.mapped[p] { first } else { 0 }..][..count];
+        for (p, map) in maps.iter_mut().enumerate() {
+            let first = if self.mapped[p] { first } else { 0 };
+            *map = &self.maps[p].as_chunks().0[first..][..count];
         }
         let mut near = [[Chunks::default(); 5]; S];
-        for s in 0..S {
-            near[s] = Chunks::around(rows, s, count);
+        for (s, near) in near.iter_mut().enumerate() {
+            *near = Chunks::around(rows, s, count);
         }
         for j in 0..count {
             let mut sums = [[zero; CHUNK]; S];
