@@ -1,9 +1,9 @@
 //! Kernels made of a per-cell rate formula, parameters and a stencil.
 
-use super::{Kernel, Real, Rows};
+use super::stencil::{CHUNK, Chunks, sum};
+use super::{Kernel, Real, Rows, Stencil};
 use crate::diffusion::Reaction;
 use crate::{Error, Field, Grid, Result};
-use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
 
 /// The reaction of one cell: `S` species, `P` parameters.
@@ -31,56 +31,6 @@ impl Parameter {
     }
 }
 
-/// Differences that stand for the Laplacian (spacing h).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Stencil {
-    /// 2D (and 1D): `(4 (W + E + N + S) + corners - 20 C) / (6 h^2)`; isotropic to
-    /// fourth order, largest symbol 16/3 h^-2.
-    NinePoint,
-    /// Second differences along each axis: 3, 5 or 7 points, largest symbol `4 dim h^-2`.
-    Axes,
-}
-
-impl Stencil {
-    /// Largest value of the symbol of `-laplacian` on `grid` (1/length^2).
-    pub fn max_symbol(self, grid: Grid) -> f64 {
-        let unit = match self {
-            // On one axis the nine points are the three of `Axes`; on two the symbol
-            // is largest at the checkerboard, (4 * 4 - 4 + 20) / 6.
-            Self::NinePoint if grid.shape()[1] > 1 => 16.0 / 3.0,
-            _ => 4.0 * grid.shape().iter().filter(|&&n| n > 1).count() as f64,
-        };
-        unit / grid.spacing().powi(2)
-    }
-
-    /// What the sum of [`Stencil::sum_row`] is to be multiplied with for a Laplacian (1/length^2).
-    pub fn scale(self, grid: Grid) -> f64 {
-        let unit = if self == Self::NinePoint { 6.0 } else { 1.0 };
-        1.0 / (unit * grid.spacing().powi(2))
-    }
-
-    /// Integer-weighted sum of the stencil over a row of one species, one value per cell.
-    #[inline(always)]
-    pub fn sum_row<T: Real>(
-        self,
-        volumetric: bool,
-        species: usize,
-        rows: &Rows<'_, T>,
-        out: &mut [T],
-    ) {
-        let cells = rows.cells;
-        let all = [rows.north, rows.center, rows.south, rows.front, rows.back];
-        let [n, c, s, f, b] = all.map(|row| &row[species * rows.stride..][..cells + 2]);
-        let out = &mut out[..cells];
-        match (volumetric, self) {
-            (true, _) => (0..cells).for_each(|i| out[i] = seven_point([n, c, s, f, b], i)),
-            (_, Self::NinePoint) => (0..cells).for_each(|i| out[i] = nine_point(n, c, s, i)),
-            (_, Self::Axes) => (0..cells).for_each(|i| out[i] = five_point(n, c, s, i)),
-        }
-    }
-}
-
 /// Forward Euler of a [`Cell`]: `u += dt (f(u, p) + D lap u)`, then `max(u, 0)` if asked.
 ///
 /// The clamp also takes numbers too small for full precision to 0: arithmetic on
@@ -94,7 +44,7 @@ pub struct CellKernel<T, C, const S: usize, const P: usize> {
     dt: T,
     /// Coefficient of the stencil's integer-weighted sum.
     weight: [T; S],
-    /// One value per node, or one row of equal values.
+    /// One value per node, or one row of equal values; rows filled up to whole chunks.
     maps: [Vec<T>; P],
     mapped: [bool; P],
     cell: PhantomData<fn() -> C>,
@@ -146,14 +96,20 @@ impl<T: Real, C: Cell<S, P>, const S: usize, const P: usize> CellKernel<T, C, S,
     /// # Errors
     /// If a map has another shape than `grid`.
     pub fn set_parameter(&mut self, grid: Grid, index: usize, parameter: &Parameter) -> Result<()> {
+        let nx = grid.shape()[2];
+        let width = nx.next_multiple_of(CHUNK);
         match parameter {
             Parameter::Uniform(value) => {
-                self.maps[index] = vec![T::from_f64(*value); grid.shape()[2]];
+                self.maps[index] = vec![T::from_f64(*value); width];
                 self.mapped[index] = false;
             }
             Parameter::Map(field) => {
                 field.check_shape("parameter map", grid)?;
-                self.maps[index] = field.as_slice().iter().map(|&v| T::from_f64(v)).collect();
+                self.maps[index].clear();
+                for row in field.as_slice().chunks_exact(nx) {
+                    self.maps[index].extend(row.iter().map(|&v| T::from_f64(v)));
+                    self.maps[index].extend(std::iter::repeat_n(T::from_f64(0.0), width - nx));
+                }
                 self.mapped[index] = true;
             }
         }
@@ -162,83 +118,53 @@ impl<T: Real, C: Cell<S, P>, const S: usize, const P: usize> CellKernel<T, C, S,
 
     /// A row of all species: `max(u + dt f(u, p) + weight sum, 0)`.
     ///
-    /// One plain loop over slices of known length, the neighbours of cell i at i,
-    /// i + 1 and i + 2: it becomes vectors of the widest unit without bounds checks.
-    /// Parameters are always read from rows, and the clamp is a number: each variant
-    /// would be compiled for every kinetics, precision and instruction set.
+    /// All slices are cut to one length before the loop, which then has no bounds
+    /// checks, and a chunk is written only when it is complete, so that nothing read
+    /// for it can be what was written. Plain loops fill the arrays of slices: the
+    /// library's `map` and `from_fn` are not always compiled into their caller, and
+    /// then not for its vector unit. Parameters are always read from rows, and the
+    /// clamp is a number: each variant would be compiled for every kinetics,
+    /// precision and instruction set.
     #[inline(always)]
     fn run<const POINTS: u8>(&self, first: usize, rows: &Rows<'_, T>, out: &mut [T]) {
-        let (n, zero) = (rows.cells, T::from_f64(0.0));
-        let [north, center, south, front, back] = [
-            species::<T, S>(rows.north, rows),
-            species::<T, S>(rows.center, rows),
-            species::<T, S>(rows.south, rows),
-            species::<T, S>(rows.front, rows),
-            species::<T, S>(rows.back, rows),
-        ];
-        let mut maps = [&rows.center[..n]; P];
-        #[allow(clippy::needless_range_loop, reason = "one index serves several arrays")]
-        for p in 0..P {
-            maps[p] = &self.maps[p][if self.mapped[p] { first } else { 0 }..][..n];
+        let zero = T::from_f64(0.0);
+        let (dt, weight, floor) = (self.dt, self.weight, self.floor);
+        let count = rows.cells.div_ceil(CHUNK);
+        let first = first / rows.cells * count;
+        let mut maps: [&[[T; CHUNK]]; P] = [&[]; P];
+        for (p, map) in maps.iter_mut().enumerate() {
+            let first = if self.mapped[p] { first } else { 0 };
+            *map = &self.maps[p].as_chunks().0[first..][..count];
         }
-        let mut rest = out;
-        let next: [&mut [T]; S] = std::array::from_fn(|_| {
-            let row;
-            (row, rest) = std::mem::take(&mut rest).split_at_mut(rows.stride);
-            &mut row[1..][..n]
-        });
-        for i in 0..n {
-            let (mut u, mut p) = ([zero; S], [zero; P]);
+        let mut near = [[Chunks::default(); 5]; S];
+        for (s, near) in near.iter_mut().enumerate() {
+            *near = Chunks::around(rows, s, count);
+        }
+        for j in 0..count {
+            let mut sums = [[zero; CHUNK]; S];
             for s in 0..S {
-                u[s] = center[s][i + 1];
+                sums[s] = sum::<T, POINTS>(&near[s], j);
             }
-            for k in 0..P {
-                p[k] = maps[k][i];
+            let mut next = [[zero; CHUNK]; S];
+            for i in 0..CHUNK {
+                let (mut u, mut p) = ([zero; S], [zero; P]);
+                for s in 0..S {
+                    u[s] = near[s][0].here[j][i];
+                }
+                for k in 0..P {
+                    p[k] = maps[k][j][i];
+                }
+                let rates = C::rates(u, p);
+                for s in 0..S {
+                    let value = (u[s] + dt * rates[s]) + weight[s] * sums[s][i];
+                    next[s][i] = if value < floor { zero } else { value };
+                }
             }
-            let rates = C::rates(u, p);
             for s in 0..S {
-                let (n, c, b) = (north[s], center[s], south[s]);
-                let sum = match POINTS {
-                    9 => nine_point(n, c, b, i),
-                    5 => five_point(n, c, b, i),
-                    _ => seven_point([n, c, b, front[s], back[s]], i),
-                };
-                let value = (u[s] + self.dt * rates[s]) + self.weight[s] * sum;
-                next[s][i] = if value < self.floor { zero } else { value };
+                out[s * rows.stride + 1 + j * CHUNK..][..CHUNK].copy_from_slice(&next[s]);
             }
         }
     }
-}
-
-/// A row's species, each with its ghost cells.
-#[inline(always)]
-fn species<'a, T: Real, const S: usize>(row: &'a [T], rows: &Rows<'_, T>) -> [&'a [T]; S] {
-    let mut all = [row; S];
-    for (s, one) in all.iter_mut().enumerate() {
-        *one = &row[s * rows.stride..][..rows.cells + 2];
-    }
-    all
-}
-
-// The sums below have the symmetries of the square to the last bit: opposite
-// neighbours are added first, so that mirrored states have mirrored successors.
-
-#[inline(always)]
-fn five_point<T: Real>(n: &[T], c: &[T], s: &[T], i: usize) -> T {
-    (c[i] + c[i + 2]) + (n[i + 1] + s[i + 1]) - T::from_f64(4.0) * c[i + 1]
-}
-
-#[inline(always)]
-fn nine_point<T: Real>(n: &[T], c: &[T], s: &[T], i: usize) -> T {
-    let edges = (c[i] + c[i + 2]) + (n[i + 1] + s[i + 1]);
-    let corners = (n[i] + s[i + 2]) + (n[i + 2] + s[i]);
-    (T::from_f64(4.0) * edges + corners) - T::from_f64(20.0) * c[i + 1]
-}
-
-#[inline(always)]
-fn seven_point<T: Real>([n, c, s, f, b]: [&[T]; 5], i: usize) -> T {
-    let edges = ((c[i] + c[i + 2]) + (n[i + 1] + s[i + 1])) + (f[i + 1] + b[i + 1]);
-    edges - T::from_f64(6.0) * c[i + 1]
 }
 
 impl<T: Real, C: Cell<S, P>, const S: usize, const P: usize> Kernel<T> for CellKernel<T, C, S, P> {

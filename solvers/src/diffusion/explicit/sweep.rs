@@ -9,7 +9,7 @@
 //! it needs of its neighbours' rows (Nguyen et al. 2010, "3.5-D blocking", here in
 //! 2D). In 3D a pass is one sweep.
 
-use super::{Explicit, Kernel, Real, Rows, SERIAL_CELLS};
+use super::{Buffer, Explicit, Kernel, Real, Rows, SERIAL_CELLS};
 use crate::Boundary;
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
@@ -46,22 +46,29 @@ impl<T: Real, K: Kernel<T>> Explicit<T, K> {
         // Two bands per thread even out what the threads are given.
         let band = if threads == 1 { nz * ny } else { (nz * ny).div_ceil(2 * threads).max(BAND) };
         let ring = KEPT * row * (levels - 1) + self.kernel.scratch(nx);
-        self.rings.resize_with((nz * ny).div_ceil(band), Vec::new);
-        for work in &mut self.rings {
-            work.resize(ring, T::from_f64(0.0));
+        let bands = (nz * ny).div_ceil(band);
+        if self.rings.len() != bands || self.rings.iter().any(|work| work.len() < ring) {
+            self.rings = vec![Buffer::new(ring); bands];
         }
         let (kernel, current) = (&self.kernel, self.current.as_slice());
-        let source = Source { shape: self.grid.shape(), boundary: self.boundary, row, current };
-        let run = |(index, (out, work)): (usize, (&mut [T], &mut Vec<T>))| {
+        let source = Source {
+            ghost: self.ghost,
+            shape: self.grid.shape(),
+            boundary: self.boundary,
+            row,
+            current,
+        };
+        let run = |(index, (out, work)): (usize, (&mut [T], &mut Buffer<T>))| {
             let stride = row / kernel.species();
-            let (ring, scratch) = work.split_at_mut(KEPT * row * (levels - 1));
+            let (ring, scratch) = work.as_mut_slice().split_at_mut(KEPT * row * (levels - 1));
             let first = index * band;
             let job = Job { kernel, source, stride, phase, levels, first, out, ring, scratch };
             Arch::new().dispatch(job);
         };
-        let bands = self.next.par_chunks_mut(band * row).zip(self.rings.par_iter_mut());
+        let bands =
+            self.next.as_mut_slice().par_chunks_mut(band * row).zip(self.rings.par_iter_mut());
         if threads == 1 {
-            let bands = self.next.chunks_mut(band * row).zip(self.rings.iter_mut());
+            let bands = self.next.as_mut_slice().chunks_mut(band * row).zip(self.rings.iter_mut());
             bands.enumerate().for_each(run);
         } else {
             bands.enumerate().for_each(run);
@@ -73,6 +80,7 @@ impl<T: Real, K: Kernel<T>> Explicit<T, K> {
 /// The state before the pass.
 #[derive(Clone, Copy)]
 struct Source<'a, T> {
+    ghost: usize,
     shape: [usize; 3],
     boundary: Boundary,
     row: usize,
@@ -96,6 +104,7 @@ impl<T> Source<'_, T> {
         Rows {
             cells: nx,
             stride,
+            ghost: self.ghost,
             center: self.row(k, j),
             north: along_y(-1),
             south: along_y(1),
@@ -162,13 +171,15 @@ impl<T: Real, K: Kernel<T>> NullaryFnOnce for Job<'_, T, K> {
                     let rows = if volumetric {
                         source.around(j as usize, stride)
                     } else {
-                        let [north, center, south] = [j - 1, j, j + 1].map(|j| match level {
+                        let at = |j: isize| match level {
                             1 => source.wrapped(j),
                             _ => &below[KEPT * row * (level - 2) + slot(j)..][..row],
-                        });
+                        };
+                        let (north, center, south) = (at(j - 1), at(j), at(j + 1));
                         Rows {
                             cells: nx,
                             stride,
+                            ghost: source.ghost,
                             center,
                             north,
                             south,
