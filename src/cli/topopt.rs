@@ -15,7 +15,7 @@ use toml::{Table, Value};
         patterns topopt --table row-c\n  \
         patterns topopt --table all\n  \
         patterns topopt --mbb 150x50 --filter-radius 3 --filter density\n  \
-        patterns topopt --table row-a --method level-set\n  \
+        patterns topopt --table row-a --compare\n  \
         patterns topopt --problem my-problem.toml"
 )]
 pub(super) struct Args {
@@ -35,6 +35,9 @@ pub(super) struct Args {
     /// List the problems of the database.
     #[arg(long)]
     list: bool,
+    /// Run SIMP and the level set, and measure both in black and white at the same volume.
+    #[arg(long, conflicts_with = "method")]
+    compare: bool,
     /// The problem as its source prints it, without interpretations.
     #[arg(long)]
     as_printed: bool,
@@ -101,7 +104,7 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
     let mut request = Request::new("topopt", 0);
     if args.table.as_deref() == Some("all") {
         args.settings(&mut request)?;
-        return topopt_table::main(&request, &args.run);
+        return topopt_table::all(&request, &args.run);
     }
     match (&args.table, &args.problem) {
         (Some(name), _) => request.preset(name)?,
@@ -109,6 +112,9 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
         (None, None) => args.shortcut(&mut request)?,
     }
     args.settings(&mut request)?;
+    if args.compare {
+        return topopt_table::compare(&request, &args.run);
+    }
     args.run.execute(request)
 }
 

@@ -1,4 +1,4 @@
-//! `patterns topopt --table all`: every row of Table 1.1, on one sheet and in one table.
+//! Several problems of `patterns topopt` on one sheet and in one table.
 
 use super::run_args::{RunArgs, thread_pool};
 use crate::{
@@ -10,71 +10,96 @@ use crate::{
 };
 use anyhow::{Context as _, Result, bail};
 use std::{fmt::Write as _, io::Write as _, process::ExitCode};
+use toml::Value;
 
 /// Panels side by side on the sheet.
 const COLUMNS: usize = 4;
 
-/// Runs every row with the settings of `request`; rows that are refused are listed with
-/// the reason.
-pub(super) fn main(request: &Request, args: &RunArgs) -> Result<ExitCode> {
+/// Every row of Table 1.1 with the settings of `request`; rows that are refused are listed
+/// with the reason.
+pub(super) fn all(request: &Request, args: &RunArgs) -> Result<ExitCode> {
+    let mut runs = Vec::new();
+    for preset in (find_model("topopt")?.presets)() {
+        if preset.name.starts_with("row-") {
+            let mut row = request.clone();
+            row.config.insert("table".into(), Value::String(preset.name.into()));
+            runs.push((preset.name.to_owned(), row));
+        }
+    }
+    sheet_of(runs, args)
+}
+
+/// SIMP and the level set on the problem of `request`, both measured in black and white.
+pub(super) fn compare(request: &Request, args: &RunArgs) -> Result<ExitCode> {
+    let runs = ["simp", "level-set"].map(|method| {
+        let mut run = request.clone();
+        run.config.insert("method".into(), Value::String(method.into()));
+        if method == "level-set" {
+            // The front comes to rest slowly; the published codes take as many.
+            run.config.entry("iterations").or_insert(Value::Integer(200));
+            run.config.entry("tolerance").or_insert(Value::Float(1e-3));
+        }
+        (method.to_owned(), run)
+    });
+    sheet_of(runs.into(), args)
+}
+
+fn sheet_of(runs: Vec<(String, Request)>, args: &RunArgs) -> Result<ExitCode> {
     if args.resume.is_some() || args.json {
-        bail!("--table all runs every row anew: --resume and --json are for a single problem");
+        bail!("a sheet of several runs takes neither --resume nor --json");
     }
     let pool = thread_pool(args.threads)?;
     let mut folder = Folder::create(args.out.as_deref(), "topopt", args.force)?;
-    let result = pool.install(|| rows(request, args, &mut folder));
+    let result = pool.install(|| write(runs, args, &mut folder));
     if result.is_err() {
         folder.discard();
     }
     result
 }
 
-fn rows(request: &Request, args: &RunArgs, folder: &mut Folder) -> Result<ExitCode> {
+fn write(runs: Vec<(String, Request)>, args: &RunArgs, folder: &mut Folder) -> Result<ExitCode> {
     let mut out = std::io::stdout().lock();
     let mut panels = Vec::new();
-    let mut table = String::from("row,compliance,compliance_final,volume,iterations,status\n");
-    for preset in (find_model("topopt")?.presets)() {
-        if !preset.name.starts_with("row-") {
-            continue;
-        }
-        let mut row = request.clone();
-        row.preset(preset.name)?;
-        row.config.extend(request.config.clone());
+    let mut table = String::from(
+        "run,compliance,compliance_final,compliance_thresholded,volume,iterations,status\n",
+    );
+    for (name, mut request) in runs {
         for assignment in &args.set {
-            row.set_text(assignment)?;
+            request.set_text(assignment)?;
         }
-        let to = folder.path().join(preset.name);
+        let to = folder.path().join(&name);
         let options =
             Options { out: Some(to.clone()), force: true, frames: 0, ..Options::default() };
-        match runner::run(&row, &options) {
+        match runner::run(&request, &options) {
             Ok(outcome) => {
-                let metrics = &outcome.manifest.metrics;
-                let value = |name: &str| metrics.get(name).copied().unwrap_or(f64::NAN);
-                let (c, last, volume) =
-                    (value("compliance"), value("compliance_final"), value("volume"));
-                let n = outcome.manifest.iterations;
-                let done = outcome.manifest.status == RunStatus::Done;
+                let manifest = &outcome.manifest;
+                let value = |name: &str| manifest.metrics.get(name).copied().unwrap_or(f64::NAN);
+                let [c, last, black, volume] =
+                    ["compliance", "compliance_final", "compliance_thresholded", "volume"]
+                        .map(value);
+                let n = manifest.iterations;
+                let done = manifest.status == RunStatus::Done;
                 let status = if done { "done" } else { "not converged" };
-                writeln!(table, "{},{c:.4},{last:.4},{volume:.4},{n},{status}", preset.name)?;
+                writeln!(table, "{name},{c:.4},{last:.4},{black:.4},{volume:.4},{n},{status}")?;
                 writeln!(
                     out,
-                    "{}  c {c:9.4}  volume {volume:.3}  {n:4} iterations  {status}",
-                    preset.name
+                    "{name:10} c {c:9.4}  black and white {black:9.4}  volume {volume:.3}  \
+                     {n:4} iterations  {status}"
                 )?;
                 let file = to.join("ink.png");
                 let picture = std::fs::read(&file)
                     .with_context(|| format!("cannot read `{}`", file.display()))?;
-                panels.push((format!("{}: c = {c:.4}", preset.name), picture));
+                panels.push((format!("{name}: c = {c:.4}"), picture));
             }
             Err(error) => {
                 let reason = format!("{error:#}");
-                writeln!(table, "{},,,,,refused: {}", preset.name, reason.replace(',', ";"))?;
-                writeln!(out, "{}  refused: {reason}", preset.name)?;
+                writeln!(table, "{name},,,,,,refused: {}", reason.replace(',', ";"))?;
+                writeln!(out, "{name:10} refused: {reason}")?;
             }
         }
     }
     if panels.is_empty() {
-        bail!("every row was refused");
+        bail!("every run was refused");
     }
     folder.write("table.csv", table.as_bytes())?;
     folder.write("table.png", &sheet::encode(&panels, COLUMNS)?)?;

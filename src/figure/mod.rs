@@ -17,12 +17,14 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("anisotropic", include_str!("../../examples/anisotropic.toml")),
     ("figure-1-1", include_str!("../../examples/figure-1-1.toml")),
     ("figure-1-5", include_str!("../../examples/figure-1-5.toml")),
+    ("figure-1-6", include_str!("../../examples/figure-1-6.toml")),
     ("formulas", include_str!("../../examples/formulas.toml")),
     ("gray-scott", include_str!("../../examples/gray-scott.toml")),
     ("growth", include_str!("../../examples/growth.toml")),
     ("kinetics", include_str!("../../examples/kinetics.toml")),
     ("spots", include_str!("../../examples/spots.toml")),
     ("strip", include_str!("../../examples/strip.toml")),
+    ("topopt", include_str!("../../examples/topopt.toml")),
 ];
 
 /// What a figure shows.

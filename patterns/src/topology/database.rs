@@ -1,6 +1,7 @@
 //! The problems that the program carries: `database/topology/*.toml`.
 
-use crate::Preset;
+use crate::{Error, Preset, Result};
+use toml::{Table, Value};
 
 macro_rules! entry {
     ($name:literal, $about:literal) => {
@@ -47,4 +48,31 @@ pub(super) fn presets() -> Vec<Preset> {
         entry!("bridge-3d", "deck under a uniform load on four feet, 32x12x12"),
         entry!("wheel-3d", "disk on four corners loaded at the middle of its base, 20x10x20"),
     ]
+}
+
+/// The configuration itself or, where it has `table = NAME`, the problem of that name with
+/// the other keys written over it.
+pub(super) fn expand(config: &Table) -> Result<Table> {
+    let mut config = config.clone();
+    let Some(name) = config.remove("table") else { return Ok(config) };
+    let presets = presets();
+    let found = name.as_str().and_then(|name| presets.iter().find(|preset| preset.name == name));
+    let Some(preset) = found else {
+        let known: Vec<&str> = presets.iter().map(|preset| preset.name).collect();
+        let reason = format!("no problem {name}; known problems: {}", known.join(", "));
+        return Err(Error::config("table", reason));
+    };
+    // A test sees to it that every entry parses.
+    let mut base: Table = preset.config.parse().unwrap_or_default();
+    overlay(&mut base, config);
+    Ok(base)
+}
+
+fn overlay(base: &mut Table, over: Table) {
+    for (key, value) in over {
+        match (base.get_mut(&key), value) {
+            (Some(Value::Table(old)), Value::Table(new)) => overlay(old, new),
+            (_, value) => drop(base.insert(key, value)),
+        }
+    }
 }

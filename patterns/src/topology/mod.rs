@@ -77,7 +77,7 @@ struct TopOpt {
 }
 
 fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
-    let config: Config = crate::from_table(table)?;
+    let config: Config = crate::from_table(&database::expand(table)?)?;
     config.check()?;
     let mut problem = Problem::new(&config, context)?;
     let mut notes = mechanism::hold(&mut problem)?;

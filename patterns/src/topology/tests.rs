@@ -12,10 +12,9 @@ fn context() -> Context<'static> {
 
 /// A problem of the database with other settings.
 fn table(name: &str, settings: &str) -> toml::Table {
-    let preset = database::presets().into_iter().find(|preset| preset.name == name).unwrap();
-    let mut table: toml::Table = preset.config.parse().unwrap();
-    table.extend(settings.parse::<toml::Table>().unwrap());
-    table
+    let mut table: toml::Table = settings.parse().unwrap();
+    table.insert("table".into(), toml::Value::String(name.into()));
+    database::expand(&table).unwrap()
 }
 
 /// Runs to the end.
@@ -113,17 +112,7 @@ fn a_free_motion_without_work_changes_nothing() {
 
 #[test]
 fn bad_problems_are_refused() {
-    let with = |settings: &str| {
-        let mut table = table("row-c", "");
-        let change: toml::Table = settings.parse().unwrap();
-        for (key, value) in change {
-            match (table.get_mut(&key), value) {
-                (Some(toml::Value::Table(old)), toml::Value::Table(new)) => old.extend(new),
-                (_, value) => drop(table.insert(key, value)),
-            }
-        }
-        start(&table, &context()).err().map(|error| error.to_string()).unwrap_or_default()
-    };
+    let with = |settings: &str| refusal("row-c", settings);
     for (settings, wanted) in [
         ("volume = 1.0", "`volume`: 1 is outside its range (0, 1)"),
         ("volume = nan", "`volume`: NaN is outside"),
@@ -175,14 +164,7 @@ fn gradients_agree_with_differences() {
         ),
     ];
     for (name, settings) in &cases {
-        let mut table = table(name, "");
-        for (key, value) in settings.parse::<toml::Table>().unwrap() {
-            match (table.get_mut(&key), value) {
-                (Some(toml::Value::Table(old)), toml::Value::Table(new)) => old.extend(new),
-                (_, value) => drop(table.insert(key, value)),
-            }
-        }
-        let config: Config = crate::from_table(&table).unwrap();
+        let config: Config = crate::from_table(&table(name, settings)).unwrap();
         let problem = Problem::new(&config, &context()).unwrap();
         let mut analysis = Analysis::new(&problem, LinearSolver::direct(&problem.system).unwrap());
         let mut simp = Simp::new(&config, &problem).unwrap();
