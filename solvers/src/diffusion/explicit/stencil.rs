@@ -5,8 +5,8 @@ use crate::Grid;
 use serde::{Deserialize, Serialize};
 
 /// Cells that are computed together: one vector of 4-byte numbers or two of 8 in the
-/// widest unit. Their number is a constant, so that no loop has a remainder; rows are
-/// filled up to whole chunks. Measured on 80 and 1024 columns.
+/// widest unit. A constant, so that no loop has a remainder; rows are filled up to whole
+/// chunks. With 32, the sums of 8-byte numbers no longer fit the 32 registers.
 pub(super) const CHUNK: usize = 16;
 
 /// Length of a row of `cells` cells: whole chunks, and one more for the ghost cells, so
