@@ -37,7 +37,7 @@ pub(super) fn compare(request: &Request, args: &RunArgs) -> Result<ExitCode> {
         if method == "level-set" {
             // The front comes to rest slowly; the published codes take as many.
             run.config.entry("iterations").or_insert(Value::Integer(200));
-            run.config.entry("tolerance").or_insert(Value::Float(1e-3));
+            run.config.entry("tolerance").or_insert(Value::Float(1e-4));
         }
         (method.to_owned(), run)
     });

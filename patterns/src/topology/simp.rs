@@ -16,8 +16,8 @@ use crate::{Error, Result, State};
 /// Tolerance of an iterative solver: this part of the last change of the design (Amir,
 /// Stolpe & Sigmund 2010: a residual that is small beside the step does not change its way),
 /// between the two bounds.
-const TOLERANCE_PER_CHANGE: f64 = 1e-3;
-const TOLERANCES: [f64; 2] = [1e-8, 1e-4];
+const TOLERANCE_PER_CHANGE: f64 = 2.5e-3;
+const TOLERANCES: [f64; 2] = [1e-8, 5e-4];
 
 /// Objective to which the moving asymptotes scale the first design's: they like 1 to 100.
 const SCALED: f64 = 10.0;
