@@ -102,7 +102,8 @@ fn unknown_keys_are_refused_by_name() {
 #[test]
 fn metrics_are_finite_and_have_one_name_each() {
     for model in MODELS {
-        let mut run = (model.start)(&Table::new(), &SEED).unwrap();
+        let (_, config) = configs(model).swap_remove(0);
+        let mut run = (model.start)(&config, &SEED).unwrap();
         steps(run.as_mut(), 12);
         let metrics = run.metrics();
         for (n, metric) in metrics.iter().enumerate() {
