@@ -1,13 +1,16 @@
 //! Displacements of all load cases, objectives and their gradients.
 
 use super::{
+    build::Problem,
     config::{Config, Objective},
     interpolation::Law,
-    problem::Problem,
     stress,
 };
-use crate::Result;
+use crate::{Result, State};
 use solvers::fem::{LinearSolver, SolveReport};
+
+/// Relative residual of the adjoints, whose error enters the gradient in full.
+const ADJOINT_TOLERANCE: f64 = 1e-8;
 
 /// Displacements and adjoints, with the solver that finds them.
 pub(super) struct Analysis {
@@ -97,6 +100,24 @@ impl Analysis {
         Ok(())
     }
 
+    /// Displacements and adjoints: the next solves start from them.
+    pub(super) fn save(&self, state: &mut State) {
+        for (case, (u, m)) in self.u.iter().zip(&self.adjoint).enumerate() {
+            state.put_f64(&format!("u{case}"), u);
+            state.put_f64(&format!("adjoint{case}"), m);
+        }
+        state.put_u64("solver_iterations", &[self.total_iterations]);
+    }
+
+    pub(super) fn restore(&mut self, state: &State) -> Result<()> {
+        for (case, (u, m)) in self.u.iter_mut().zip(&mut self.adjoint).enumerate() {
+            state.get_f64(&format!("u{case}"), u)?;
+            state.get_f64(&format!("adjoint{case}"), m)?;
+        }
+        self.total_iterations = state.one_u64("solver_iterations")?;
+        Ok(())
+    }
+
     fn note(&mut self, report: SolveReport) {
         self.report.iterations = self.report.iterations.max(report.iterations);
         self.report.residual = self.report.residual.max(report.residual);
@@ -123,12 +144,15 @@ impl Analysis {
                 Ok(value)
             }
             Objective::Stress => {
-                let mut right = vec![0.0; problem.system.unknowns()];
+                // `product` is free after the solves.
+                let mut right = std::mem::take(&mut self.product);
+                right.fill(0.0);
                 let u = &self.u[case];
                 let exponent = config.stress_exponent;
                 let value = stress::p_norm(problem, exponent, u, rho, weight, &mut right, gradient);
-                self.add_adjoint(problem, (case, weight), &right, rho, law, gradient)?;
-                Ok(value)
+                let added = self.add_adjoint(problem, (case, weight), &right, rho, law, gradient);
+                self.product = right;
+                added.map(|()| value)
             }
         }
     }
@@ -177,8 +201,7 @@ impl Analysis {
         gradient: &mut [f64],
     ) -> Result<()> {
         let m = &mut self.adjoint[case];
-        // The adjoint's error enters the gradient only: the state's tolerance is enough.
-        let report = self.solver.solve(&problem.system, l, m, 1e-8)?;
+        let report = self.solver.solve(&problem.system, l, m, ADJOINT_TOLERANCE)?;
         problem.system.energies(m, &self.u[case], &mut self.energies);
         for ((g, energy), &x) in gradient.iter_mut().zip(&self.energies).zip(rho) {
             *g -= weight * law.derivative(x) * energy;

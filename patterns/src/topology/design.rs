@@ -1,23 +1,21 @@
 //! From design variables to physical densities, and gradients back.
 
 use super::{
+    build::Problem,
     config::{Config, Filter, Projection, Rules},
     filter::Smoothing,
-    problem::{Material, Problem},
+    problem::Material,
 };
 use crate::Result;
-use solvers::Grid;
 
 /// Filter, projection, fixed material.
 pub(super) struct Design {
-    grid: Grid,
     smoothing: Smoothing,
     /// Whether the filter acts on the densities (or on the sensitivities).
     filters_density: bool,
     filters_sensitivity: bool,
     projection: Option<Projection>,
     passive: Vec<Option<Material>>,
-    mirror: [bool; 3],
     /// Density of void.
     least: f64,
     filtered: Vec<f64>,
@@ -39,13 +37,11 @@ impl Design {
     pub(super) fn new(config: &Config, problem: &Problem) -> Result<Self> {
         let n = problem.grid.len();
         Ok(Self {
-            grid: problem.grid,
-            smoothing: Smoothing::new(config, problem.grid)?,
+            smoothing: Smoothing::new(config, problem)?,
             filters_density: matches!(config.filter, Filter::Density | Filter::Helmholtz),
             filters_sensitivity: config.filter == Filter::Sensitivity,
             projection: config.projection,
             passive: problem.passive.clone(),
-            mirror: problem.mirror,
             least: if config.rules == Rules::Lines99 { 1e-3 } else { 0.0 },
             filtered: vec![0.0; n],
             work: vec![0.0; n],
@@ -149,32 +145,6 @@ impl Design {
         if let (true, Smoothing::Cone(cone)) = (self.filters_sensitivity, &mut self.smoothing) {
             cone.sensitivity(x, gradient);
         }
-    }
-
-    /// Makes a field symmetric across the mirrored axes.
-    pub(super) fn symmetrize(&self, values: &mut [f64]) {
-        let [nz, ny, nx] = self.grid.shape();
-        for axis in (0..3).filter(|&axis| self.mirror[axis]) {
-            for e in 0..values.len() {
-                let mut at = [e % nx, e / nx % ny, e / (nx * ny)];
-                at[axis] = [nx, ny, nz][axis] - 1 - at[axis];
-                let other = self.grid.index(at[2], at[1], at[0]);
-                if other > e {
-                    let mean = 0.5 * (values[e] + values[other]);
-                    (values[e], values[other]) = (mean, mean);
-                }
-            }
-        }
-    }
-
-    /// Weights `w` with `volume = w . x + const`, if the volume is linear in the design.
-    pub(super) fn linear_volume(&mut self) -> Result<Option<Vec<f64>>> {
-        if self.projection.is_some() {
-            return Ok(None);
-        }
-        let mut weights = vec![1.0; self.grid.len()];
-        self.chain(1.0, Variant::Intermediate, &mut weights)?;
-        Ok(Some(weights))
     }
 }
 

@@ -1,11 +1,14 @@
 //! Averages over neighbours: what keeps a design from depending on the mesh.
 
-use super::config::{Config, Filter};
+use super::{
+    build::Problem,
+    config::{Config, Filter},
+};
 use crate::Result;
 use rayon::prelude::*;
 use solvers::{
     Grid,
-    fem::{Element, Lattice, LinearSolver, System},
+    fem::{Choice, Element, Lattice, LinearSolver, System},
 };
 
 /// A linear, symmetric map `H` of densities and its row sums `Hs`.
@@ -19,14 +22,14 @@ pub(super) enum Smoothing {
 }
 
 impl Smoothing {
-    pub(super) fn new(config: &Config, grid: Grid) -> Result<Self> {
+    pub(super) fn new(config: &Config, problem: &Problem) -> Result<Self> {
         Ok(match config.filter {
             Filter::None => Self::None,
             Filter::Sensitivity | Filter::Density => {
-                Self::Cone(Cone::new(grid, config.filter_radius))
+                Self::Cone(Cone::new(problem.grid, config.filter_radius))
             }
             Filter::Helmholtz => {
-                Self::Helmholtz(Box::new(Helmholtz::new(grid, config.filter_radius)?))
+                Self::Helmholtz(Box::new(Helmholtz::new(problem, config.filter_radius)?))
             }
         })
     }
@@ -145,12 +148,13 @@ pub(super) struct Helmholtz {
 
 impl Helmholtz {
     /// The filter as wide as a cone of `radius`: `r = radius / (2 sqrt 3)`.
-    pub(super) fn new(grid: Grid, radius: f64) -> Result<Self> {
+    pub(super) fn new(problem: &Problem, radius: f64) -> Result<Self> {
+        let grid = problem.grid;
         let lattice = Lattice::new(grid.axes())?;
         let nodes = lattice.node_count();
         let element = Element::screened_poisson(grid.dim(), radius / (2.0 * 3.0_f64.sqrt()))?;
         let system = System::new(lattice, element, vec![false; nodes], Vec::new())?;
-        let mut solver = LinearSolver::direct(&system)?;
+        let mut solver = LinearSolver::new(&system, Choice::Auto, problem.memory)?;
         solver.prepare(&system, &vec![1.0; grid.len()])?;
         Ok(Self { system, solver, nodal: vec![0.0; nodes], solution: vec![0.0; nodes] })
     }

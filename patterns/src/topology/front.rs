@@ -8,9 +8,10 @@
 
 use super::{
     analysis::Analysis,
+    build::Problem,
     config::{Config, Objective},
     filter::Helmholtz,
-    problem::{Material, Problem},
+    problem::Material,
     speed_shape::ShapeSpeed,
 };
 use crate::{Error, Result, State};
@@ -55,6 +56,18 @@ impl Front {
             let reason = "`level-set` minimizes the sum of the cases' compliances only";
             return Err(Error::config("method", reason));
         }
+        // Their parts of the shape derivative are not in the speed.
+        let beside = [
+            ("body forces", problem.body_force.is_some()),
+            ("springs", !problem.system.springs().is_empty()),
+            ("prescribed displacements", problem.prescribed.is_some()),
+        ];
+        if let Some((what, _)) = beside.iter().find(|(_, there)| *there) {
+            return Err(Error::config(
+                "method",
+                format!("`level-set` knows no {what}; take `simp`"),
+            ));
+        }
         let grid = problem.grid;
         let sides = grid.shape();
         let edge: Vec<f64> = (0..grid.len())
@@ -78,7 +91,7 @@ impl Front {
         redistance.apply(&mut phi)?;
         let smooth = match config.level_set.smoothing {
             length if length > 0.0 => {
-                Some(Box::new(Helmholtz::new(grid, length * 2.0 * 3.0_f64.sqrt())?))
+                Some(Box::new(Helmholtz::new(problem, length * 2.0 * 3.0_f64.sqrt())?))
             }
             _ => None,
         };
@@ -133,6 +146,7 @@ impl Front {
             Some(smooth) => smooth.apply(&self.energy, &mut self.smoothed)?,
             None => self.smoothed.copy_from_slice(&self.energy),
         }
+        problem.symmetrize(&mut self.smoothed);
         self.done += 1;
         let options = &config.level_set;
         let target = config.volume.max(self.volume - options.volume_step);

@@ -1,6 +1,6 @@
 //! Loads as arrows and supports as triangles on a picture.
 
-use super::problem::Problem;
+use super::build::Problem;
 use crate::Stroke;
 
 /// Colours of loads, one per case in turn, and of supports.

@@ -1,6 +1,6 @@
 //! Structures that can move without strain, found before anything is solved.
 
-use super::problem::Problem;
+use super::build::Problem;
 use crate::{Artifact, Error, Result, Stroke};
 use solvers::Field;
 use solvers::fem::{RigidMode, System, free_modes};
@@ -35,15 +35,7 @@ pub(super) fn hold(problem: &mut Problem) -> Result<Vec<String>> {
             describe(&problem.system, mode)
         ));
         let unknown = most_moved(&problem.system, mode);
-        let mut fixed = problem.system.fixed().to_vec();
-        fixed[unknown] = true;
-        let springs = problem.system.springs().to_vec();
-        problem.system = System::new(
-            problem.system.lattice(),
-            problem.system.element().clone(),
-            fixed,
-            springs,
-        )?;
+        problem.system = problem.system.clone().with_fixed(unknown);
     }
     Ok(notes)
 }

@@ -7,9 +7,10 @@
 //! Metrics: `compliance` (of the design before the last update, as the published programs
 //! print it), `compliance_final` (of the design that is written), `compliance_thresholded`
 //! (of its blackest elements, as many as the volume allows, with void 1e-9), `volume`,
-//! `change`, `greyness`.
+//! `change`, `greyness`. What a stalled solver could not find is left out.
 
 mod analysis;
+mod build;
 mod config;
 mod database;
 mod design;
@@ -37,11 +38,11 @@ pub use config::{
 pub use problem::{Load, Material, Output, Passive, Physics, ProblemConfig, Spring, Support};
 pub use region::Side;
 
-use crate::{Artifact, Context, Image, Metric, Model, Result, Run, State, Status};
+use crate::{Artifact, Context, Error, Image, Metric, Model, Result, Run, State, Status};
 use analysis::Analysis;
+use build::Problem;
 use front::Front;
 use interpolation::Law;
-use problem::Problem;
 use simp::Simp;
 use solvers::{
     Field,
@@ -59,7 +60,7 @@ pub static MODEL: Model = Model {
 };
 
 /// Tolerance of the solve that gives `compliance_final`.
-const FINAL_TOLERANCE: f64 = 1e-10;
+const FINAL_TOLERANCE: f64 = 1e-8;
 
 /// Stiffness of void when designs of different methods are compared.
 const VOID: f64 = 1e-9;
@@ -81,7 +82,8 @@ fn start(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
     config.check()?;
     let mut problem = Problem::new(&config, context)?;
     let mut notes = mechanism::hold(&mut problem)?;
-    let solver = LinearSolver::new(&problem.system, choice(&config))?;
+    let solver = LinearSolver::new(&problem.system, choice(&config), problem.memory)
+        .map_err(|error| Error::config("problem.elements", error.to_string()))?;
     notes.push(format!("{} unknowns, solved by {}", problem.system.unknowns(), solver.name()));
     let analysis = Analysis::new(&problem, solver);
     let way = match config.method {
@@ -142,7 +144,8 @@ impl TopOpt {
 
     /// Objective of densities, by a solver of its own: looking must not change the run.
     fn evaluate(&self, rho: &[f64], law: Law) -> Option<f64> {
-        let solver = LinearSolver::new(&self.problem.system, choice(&self.config)).ok()?;
+        let (system, memory) = (&self.problem.system, self.problem.memory);
+        let solver = LinearSolver::new(system, choice(&self.config), memory).ok()?;
         let mut analysis = Analysis::new(&self.problem, solver);
         analysis.solve(&self.problem, rho, law, FINAL_TOLERANCE).ok()?;
         let mut gradient = vec![0.0; rho.len()];
@@ -169,6 +172,16 @@ impl TopOpt {
             Objective::Compliance => "compliance",
             Objective::Displacement => "displacement",
             Objective::Stress => "stress",
+        }
+    }
+
+    /// Its unit, whatever force and length are in the problem.
+    fn unit(&self) -> &'static str {
+        match (self.config.objective, self.config.problem.physics) {
+            (_, Physics::Heat) => "heat x temperature",
+            (Objective::Compliance, _) => "force x length",
+            (Objective::Displacement, _) => "length",
+            (Objective::Stress, _) => "force / length^2",
         }
     }
 }
@@ -209,7 +222,7 @@ impl Run for TopOpt {
     fn observe(&self) -> Vec<Metric> {
         let [objective, volume, change] = self.way.numbers();
         vec![
-            Metric::new(self.name(), objective, "1"),
+            Metric::new(self.name(), objective, self.unit()),
             Metric::new("volume", volume, "1"),
             Metric::new("change", change, "1"),
         ]
@@ -218,8 +231,9 @@ impl Run for TopOpt {
     fn metrics(&self) -> Vec<Metric> {
         let mut metrics = self.observe();
         if let Some([written, black]) = self.yardsticks() {
-            metrics.push(Metric::new(&format!("{}_final", self.name()), written, "1"));
-            metrics.push(Metric::new(&format!("{}_thresholded", self.name()), black, "1"));
+            metrics.push(Metric::new(&format!("{}_final", self.name()), written, self.unit()));
+            let name = format!("{}_thresholded", self.name());
+            metrics.push(Metric::new(&name, black, self.unit()));
         }
         metrics.push(Metric::new("greyness", view::greyness(self.way.rho()), "1"));
         if self.analysis.total_iterations > 0 {
@@ -246,10 +260,7 @@ impl Run for TopOpt {
     fn save(&self) -> State {
         let mut state = State::default();
         state.put_u64("done", &[self.done]);
-        for (case, u) in self.analysis.u.iter().enumerate() {
-            state.put_f64(&format!("u{case}"), u);
-        }
-        state.put_u64("solver_iterations", &[self.analysis.total_iterations]);
+        self.analysis.save(&mut state);
         match &self.way {
             Way::Simp(simp) => simp.save(&mut state),
             Way::LevelSet(front) => front.save(&mut state),
@@ -259,10 +270,7 @@ impl Run for TopOpt {
 
     fn restore(&mut self, state: &State) -> Result<()> {
         self.done = state.one_u64("done")?;
-        for (case, u) in self.analysis.u.iter_mut().enumerate() {
-            state.get_f64(&format!("u{case}"), u)?;
-        }
-        self.analysis.total_iterations = state.one_u64("solver_iterations")?;
+        self.analysis.restore(state)?;
         match &mut self.way {
             Way::Simp(simp) => simp.restore(state),
             Way::LevelSet(front) => front.restore(state),

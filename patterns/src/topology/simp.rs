@@ -5,13 +5,14 @@
 
 use super::{
     analysis::Analysis,
-    config::{Cases, Config, Interpolation, Rules},
+    build::Problem,
+    config::{Cases, Config, Filter, Interpolation, Rules},
     design::{Design, Variant},
     interpolation::Law,
-    problem::Problem,
     update::{Functions, Update},
 };
 use crate::{Error, Result, State};
+use solvers::optimize::OptimalityCriteria;
 
 /// Tolerance of an iterative solver: this part of the last change of the design (Amir,
 /// Stolpe & Sigmund 2010: a residual that is small beside the step does not change its way),
@@ -26,6 +27,7 @@ const SCALED: f64 = 10.0;
 pub(super) struct Simp {
     design: Design,
     update: Update,
+    functions: Functions,
     /// Design variables.
     pub(super) x: Vec<f64>,
     /// Physical densities of `x`.
@@ -38,21 +40,27 @@ pub(super) struct Simp {
     scale: f64,
     /// Iterations since the step was last sharpened.
     since: u64,
+    work: Vec<f64>,
 }
 
 impl Simp {
     pub(super) fn new(config: &Config, problem: &Problem) -> Result<Self> {
         let n = problem.grid.len();
-        if config.rules == Rules::Lines88 && config.interpolation == Interpolation::Simp {
-            let reason = "`simp` has no stiffness at density 0; take `modified`, or rules 99";
+        let vanishes = config.rules == Rules::Lines88 || config.projection.is_some();
+        if vanishes && config.interpolation == Interpolation::Simp {
+            let reason = "`simp` has no stiffness at density 0, which the 88 rules and a \
+                          projection reach; take `modified` or `ramp`";
             return Err(Error::config("interpolation", reason));
         }
         let design = Design::new(config, problem)?;
-        let update = Update::new(config, &design, n, groups(config, problem))?;
+        let count = groups(config, problem);
+        let update = Update::new(config, &design, n, count)?;
         let beta = config.projection.map_or(0.0, |projection| projection.beta);
         let mut simp = Self {
+            functions: Functions::new(count, n),
             x: vec![config.volume; n],
             rho: vec![0.0; n],
+            work: vec![0.0; n],
             beta,
             objective: f64::NAN,
             volume: config.volume,
@@ -67,11 +75,6 @@ impl Simp {
         Ok(simp)
     }
 
-    /// Relative residual asked of an iterative solver.
-    fn tolerance(&self) -> f64 {
-        (TOLERANCE_PER_CHANGE * self.change).clamp(TOLERANCES[0], TOLERANCES[1])
-    }
-
     /// One iteration; whether the design has come to rest.
     pub(super) fn step(
         &mut self,
@@ -79,25 +82,38 @@ impl Simp {
         problem: &Problem,
         analysis: &mut Analysis,
     ) -> Result<bool> {
+        // Every variant of a robust design has its own solves; the written one is intermediate.
+        let tolerance = (TOLERANCE_PER_CHANGE * self.change).clamp(TOLERANCES[0], TOLERANCES[1]);
         let law = Law::new(config, config.penalization);
-        let functions = self.evaluate(config, problem, analysis, law)?;
-        self.objective =
-            functions.objectives.iter().map(|(f, _)| *f).fold(f64::NEG_INFINITY, f64::max);
+        let Self { design, update, functions, x, rho, work, .. } = self;
+        let beta = self.beta;
+        let mut evaluator =
+            Evaluator { config, problem, analysis, design, law, beta, tolerance, rho };
+        evaluator.evaluate(x, functions)?;
+        self.objective = functions.greatest();
         if !self.objective.is_finite() {
-            return Err(solvers::Error::Invalid(format!(
-                "the objective became {}",
-                self.objective
-            ))
-            .into());
+            let reason = format!("the objective became {}", self.objective);
+            return Err(solvers::Error::Invalid(reason).into());
         }
-        let next = match self.update.oc() {
-            Some(_) => self.optimality_criteria(config, functions)?,
-            None => self.moving_asymptotes(config, problem, analysis, law, &functions)?,
-        };
-        self.change = next.iter().zip(&self.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        self.x = next;
-        self.design.physical(&self.x, self.beta, Variant::Intermediate, &mut self.rho)?;
-        self.volume = self.rho.iter().sum::<f64>() / self.rho.len() as f64;
+        if self.scale == 0.0 {
+            self.scale = SCALED / self.objective.abs().max(f64::MIN_POSITIVE);
+        }
+        match update {
+            Update::Oc(oc) => optimality_criteria(oc, &mut evaluator, functions, x, work)?,
+            _ => {
+                let mut trial = Functions::new(functions.objectives.len(), x.len());
+                let next = update.moving_asymptotes(x, self.scale, functions, |x| {
+                    evaluator.evaluate(x, &mut trial)?;
+                    let values = trial.objectives.iter().map(|(f, _)| *f).collect();
+                    Ok((values, trial.volume.0))
+                })?;
+                work.copy_from_slice(&next);
+            }
+        }
+        self.change = work.iter().zip(&*x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        x.copy_from_slice(work);
+        design.physical(x, beta, Variant::Intermediate, rho)?;
+        self.volume = rho.iter().sum::<f64>() / rho.len() as f64;
         self.since += 1;
         Ok(self.rests(config))
     }
@@ -114,121 +130,6 @@ impl Simp {
             self.since = 0;
         }
         false
-    }
-
-    /// Functions and gradients by the design variables.
-    pub(super) fn evaluate(
-        &mut self,
-        config: &Config,
-        problem: &Problem,
-        analysis: &mut Analysis,
-        law: Law,
-    ) -> Result<Functions> {
-        let n = self.x.len();
-        let mut objectives = Vec::new();
-        let mut rho = vec![0.0; n];
-        let mut volume = (0.0, vec![0.0; n]);
-        for &variant in variants(config) {
-            self.design.physical(&self.x, self.beta, variant, &mut rho)?;
-            analysis.solve(problem, &rho, law, self.tolerance())?;
-            let start = objectives.len();
-            for (case, (weight, _)) in problem.cases.iter().enumerate() {
-                if config.cases == Cases::Worst || case == 0 {
-                    objectives.push((0.0, vec![0.0; n]));
-                }
-                let Some((value, gradient)) = objectives.last_mut() else { continue };
-                *value += weight
-                    * analysis.objective(problem, config, (case, *weight), &rho, law, gradient)?;
-            }
-            for (_, gradient) in &mut objectives[start..] {
-                self.design.chain(self.beta, variant, gradient)?;
-                self.design.filter_sensitivity(&self.x, gradient);
-                self.design.symmetrize(gradient);
-            }
-            if Some(&variant) == variants(config).last() {
-                volume.0 = rho.iter().sum::<f64>() / n as f64 - self.volume_target(config, &rho)?;
-                volume.1.fill(1.0 / n as f64);
-                self.design.chain(self.beta, variant, &mut volume.1)?;
-                self.design.symmetrize(&mut volume.1);
-            }
-        }
-        Ok(Functions { objectives, volume })
-    }
-
-    /// Volume that the last variant may have, so that the intermediate design has the wanted one.
-    fn volume_target(&mut self, config: &Config, last: &[f64]) -> Result<f64> {
-        if variants(config).len() == 1 {
-            return Ok(config.volume);
-        }
-        let mut intermediate = vec![0.0; last.len()];
-        self.design.physical(&self.x, self.beta, Variant::Intermediate, &mut intermediate)?;
-        let ratio = last.iter().sum::<f64>() / intermediate.iter().sum::<f64>();
-        // `chain` needs the filtered densities only, which do not depend on the variant.
-        Ok(config.volume * ratio)
-    }
-
-    fn optimality_criteria(&mut self, config: &Config, functions: Functions) -> Result<Vec<f64>> {
-        let Some((_, gradient)) = functions.objectives.first() else {
-            return Ok(self.x.clone());
-        };
-        let n = self.x.len() as f64;
-        // Volume as a number of elements, as in the programs.
-        let dv: Vec<f64> = functions.volume.1.iter().map(|d| d * n).collect();
-        let plain = dv.iter().zip(0..).all(|(&d, e)| d == 1.0 || self.design.fixed(e).is_some());
-        let linear = self.design.linear_volume()?;
-        let (design, beta) = (&mut self.design, self.beta);
-        let Some(oc) = self.update.oc() else { return Ok(self.x.clone()) };
-        let dv = (!plain).then(|| positive(dv));
-        let target = config.volume * n;
-        let next = match linear {
-            // Plain sums: passive elements included, as Sigmund counts.
-            Some(_) if plain => {
-                let volume = |x: &[f64]| x.iter().sum::<f64>() - target;
-                oc.update_sum(&self.x, gradient, dv.as_deref(), target, volume)?
-            }
-            Some(weights) => {
-                let fixed: f64 = (0..weights.len()).filter_map(|e| design.fixed(e)).sum();
-                let volume = |x: &[f64]| {
-                    x.iter().zip(&weights).map(|(x, w)| x * w).sum::<f64>() + fixed - target
-                };
-                oc.update(&self.x, gradient, dv.as_deref(), volume)?
-            }
-            None => {
-                let mut rho = vec![0.0; self.x.len()];
-                let volume =
-                    |x: &[f64]| match design.physical(x, beta, Variant::Intermediate, &mut rho) {
-                        Ok(()) => rho.iter().sum::<f64>() - target,
-                        Err(_) => f64::NAN,
-                    };
-                oc.update(&self.x, gradient, dv.as_deref(), volume)?
-            }
-        };
-        Ok(next.to_vec())
-    }
-
-    fn moving_asymptotes(
-        &mut self,
-        config: &Config,
-        problem: &Problem,
-        analysis: &mut Analysis,
-        law: Law,
-        functions: &Functions,
-    ) -> Result<Vec<f64>> {
-        if self.scale == 0.0 {
-            self.scale = SCALED / self.objective.abs().max(f64::MIN_POSITIVE);
-        }
-        let (x, scale) = (self.x.clone(), self.scale);
-        // A move out of `self`, because a trial is evaluated with the rest of it.
-        let mut update = std::mem::replace(&mut self.update, placeholder(x.len())?);
-        let next = update.moving_asymptotes(&x, scale, functions, |trial| {
-            self.x.copy_from_slice(trial);
-            let functions = self.evaluate(config, problem, analysis, law)?;
-            let values = functions.objectives.iter().map(|(f, _)| *f).collect();
-            Ok((values, functions.volume.0))
-        });
-        self.update = update;
-        self.x = x;
-        next
     }
 
     pub(super) fn save(&self, state: &mut State) {
@@ -261,20 +162,111 @@ fn variants(config: &Config) -> &'static [Variant] {
 }
 
 /// Number of objectives whose greatest counts.
-fn groups(config: &Config, problem: &Problem) -> usize {
+pub(super) fn groups(config: &Config, problem: &Problem) -> usize {
     let cases = if config.cases == Cases::Worst { problem.cases.len() } else { 1 };
     cases * variants(config).len()
 }
 
-/// Derivatives of the volume may vanish far from a sharp step; the criteria divide by them.
-fn positive(mut dv: Vec<f64>) -> Vec<f64> {
-    dv.iter_mut().for_each(|d| *d = d.max(1e-12));
-    dv
+/// Everything that the functions of a design depend on, but the design.
+pub(super) struct Evaluator<'a> {
+    pub(super) config: &'a Config,
+    pub(super) problem: &'a Problem,
+    pub(super) analysis: &'a mut Analysis,
+    pub(super) design: &'a mut Design,
+    pub(super) law: Law,
+    pub(super) beta: f64,
+    /// Relative residual asked of an iterative solver.
+    pub(super) tolerance: f64,
+    /// Physical densities of the variant at hand.
+    pub(super) rho: &'a mut [f64],
 }
 
-/// Stands in for the optimizer while that is in use.
-fn placeholder(n: usize) -> Result<Update> {
-    let bounds = solvers::optimize::Bounds::uniform(n, 0.0, 1.0)?;
-    let oc = solvers::optimize::OcConfig::top88();
-    Ok(Update::Oc(Box::new(solvers::optimize::OptimalityCriteria::new(bounds, oc)?)))
+impl Evaluator<'_> {
+    /// Functions and gradients by the design variables `x`.
+    pub(super) fn evaluate(&mut self, x: &[f64], functions: &mut Functions) -> Result<()> {
+        let Self { config, problem, law, beta, tolerance, .. } = *self;
+        let (analysis, design, rho) = (&mut *self.analysis, &mut *self.design, &mut *self.rho);
+        let n = x.len() as f64;
+        let worst = config.cases == Cases::Worst;
+        let groups = if worst { problem.cases.len() } else { 1 };
+        let volumes = |rho: &[f64]| rho.iter().sum::<f64>() / n;
+        let mut intermediate = 0.0;
+        for (variant, objectives) in
+            variants(config).iter().zip(functions.objectives.chunks_mut(groups))
+        {
+            design.physical(x, beta, *variant, rho)?;
+            analysis.solve(problem, rho, law, tolerance)?;
+            for (value, gradient) in objectives.iter_mut() {
+                *value = 0.0;
+                gradient.fill(0.0);
+            }
+            for (case, (weight, _)) in problem.cases.iter().enumerate() {
+                let (value, gradient) = &mut objectives[if worst { case } else { 0 }];
+                let case = (case, *weight);
+                *value += weight * analysis.objective(problem, config, case, rho, law, gradient)?;
+            }
+            for (_, gradient) in objectives.iter_mut() {
+                design.chain(beta, *variant, gradient)?;
+                design.filter_sensitivity(x, gradient);
+                problem.symmetrize(gradient);
+            }
+            if *variant == Variant::Intermediate {
+                intermediate = volumes(rho);
+            }
+        }
+        // The volume is that of the last variant, whose target is such that the
+        // intermediate design has the wanted one.
+        let last = variants(config)[variants(config).len() - 1];
+        let volume = volumes(rho);
+        let (excess, gradient) = &mut functions.volume;
+        *excess = volume - config.volume * volume / intermediate;
+        gradient.fill(1.0 / n);
+        design.chain(beta, last, gradient)?;
+        problem.symmetrize(gradient);
+        Ok(())
+    }
+}
+
+/// Writes the next design to `next`.
+fn optimality_criteria(
+    oc: &mut OptimalityCriteria,
+    evaluator: &mut Evaluator<'_>,
+    functions: &mut Functions,
+    x: &[f64],
+    next: &mut [f64],
+) -> Result<()> {
+    let Functions { objectives, volume: (_, dv) } = functions;
+    let Some((_, gradient)) = objectives.first() else { return Ok(()) };
+    let n = x.len() as f64;
+    // Volume as a number of elements, as in the programs.
+    dv.iter_mut().for_each(|d| *d *= n);
+    let target = evaluator.config.volume * n;
+    let (beta, rho, design) = (evaluator.beta, &mut *evaluator.rho, &mut *evaluator.design);
+    let fixed = |e: usize| design.fixed(e);
+    let plain = matches!(evaluator.config.filter, Filter::None | Filter::Sensitivity);
+    let found = if plain {
+        // Plain sums: fixed elements included, as Sigmund counts.
+        let volume = |x: &[f64]| x.iter().sum::<f64>() - target;
+        oc.update_sum(x, gradient, None, target, volume)?
+    } else if evaluator.config.projection.is_none() {
+        // A filter is linear: its volume is the product with the derivatives.
+        let rest: f64 = (0..x.len()).filter_map(fixed).sum::<f64>() - target;
+        let weights: &[f64] = dv;
+        let volume = |x: &[f64]| x.iter().zip(weights).map(|(x, w)| x * w).sum::<f64>() + rest;
+        oc.update(x, gradient, Some(&positive(dv)), volume)?
+    } else {
+        let volume = |x: &[f64]| match design.physical(x, beta, Variant::Intermediate, rho) {
+            Ok(()) => rho.iter().sum::<f64>() - target,
+            Err(_) => f64::NAN,
+        };
+        oc.update(x, gradient, Some(&positive(dv)), volume)?
+    };
+    next.copy_from_slice(found);
+    Ok(())
+}
+
+/// Derivatives of the volume may vanish far from a sharp step and beside fixed material; the
+/// criteria divide by them.
+fn positive(dv: &[f64]) -> Vec<f64> {
+    dv.iter().map(|d| d.max(1e-12)).collect()
 }

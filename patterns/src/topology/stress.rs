@@ -1,6 +1,6 @@
 //! Von Mises stresses and their p-norm.
 
-use super::problem::Problem;
+use super::build::Problem;
 
 /// Densities below this count as this in the relaxed stress, whose slope is infinite at 0.
 const LEAST: f64 = 1e-4;

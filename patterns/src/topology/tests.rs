@@ -3,7 +3,7 @@
     reason = "measured figures are printed for the reader of a test run"
 )]
 
-use super::*;
+use super::{design::Design, simp::Evaluator, update::Functions, *};
 use crate::NoInputs;
 
 fn context() -> Context<'static> {
@@ -135,6 +135,7 @@ fn bad_problems_are_refused() {
         ("cases = 'worst'\nobjective = 'stress'", "`optimizer`: `oc` cannot make stresses small"),
         ("objective = 'displacement'", "`problem.output`"),
         ("projection = {}", "`projection`: a projection needs"),
+        ("problem.case_weights = [1.0, 2.0]", "2 weights for 1 load cases"),
         ("typo = 1", "typo"),
     ] {
         let message = with(settings);
@@ -172,35 +173,83 @@ fn gradients_agree_with_differences() {
     for (name, settings) in &cases {
         let config: Config = crate::from_table(&table(name, settings)).unwrap();
         let problem = Problem::new(&config, &context()).unwrap();
-        let mut analysis = Analysis::new(&problem, LinearSolver::direct(&problem.system).unwrap());
-        let mut simp = Simp::new(&config, &problem).unwrap();
-        let law = Law::new(&config, config.penalization);
+        let solver = LinearSolver::new(&problem.system, Choice::Direct, 1 << 33).unwrap();
+        let mut analysis = Analysis::new(&problem, solver);
+        let mut design = Design::new(&config, &problem).unwrap();
         let n = problem.grid.len();
-        for (e, x) in simp.x.iter_mut().enumerate() {
-            if problem.passive[e].is_none() {
-                *x = 0.3 + 0.4 * ((e * 7919 % 101) as f64 / 101.0);
-            }
+        let mut rho = vec![0.0; n];
+        let beta = config.projection.map_or(0.0, |projection| projection.beta);
+        let count = simp::groups(&config, &problem);
+        let law = Law::new(&config, config.penalization);
+        let mut at = |x: &[f64]| {
+            let (analysis, design, rho) = (&mut analysis, &mut design, &mut rho[..]);
+            let (config, problem, tolerance) = (&config, &problem, 1e-10);
+            let mut functions = Functions::new(count, n);
+            Evaluator { config, problem, analysis, design, law, beta, tolerance, rho }
+                .evaluate(x, &mut functions)
+                .unwrap();
+            functions
+        };
+        let mut x: Vec<f64> =
+            (0..n).map(|e| 0.3 + 0.4 * ((e * 7919 % 101) as f64 / 101.0)).collect();
+        for (e, x) in x.iter_mut().enumerate().filter(|(e, _)| problem.passive[*e].is_some()) {
+            *x = f64::from(u8::from(problem.passive[e] == Some(Material::Solid)));
         }
-        let functions = simp.evaluate(&config, &problem, &mut analysis, law).unwrap();
+        let functions = at(&x);
         let free: Vec<usize> = (0..n).filter(|&e| problem.passive[e].is_none()).collect();
         for &e in &[free[0], free[free.len() / 2], free[free.len() / 3]] {
-            let step = 1e-5;
-            let mut at = |x: f64| {
-                let old = std::mem::replace(&mut simp.x[e], x);
-                let functions = simp.evaluate(&config, &problem, &mut analysis, law).unwrap();
-                simp.x[e] = old;
+            const STEP: f64 = 1e-5;
+            let mut moved = |step: f64| {
+                x[e] += step;
+                let functions = at(&x);
+                x[e] -= step;
                 functions
             };
-            let x = 0.3 + 0.4 * ((e * 7919 % 101) as f64 / 101.0);
-            let (up, down) = (at(x + step), at(x - step));
+            let (up, down) = (moved(STEP), moved(-STEP));
             for (k, (value, gradient)) in functions.objectives.iter().enumerate() {
-                let difference = (up.objectives[k].0 - down.objectives[k].0) / (2.0 * step);
+                let difference = (up.objectives[k].0 - down.objectives[k].0) / (2.0 * STEP);
                 let scale = gradient.iter().fold(value.abs() * 1e-6, |a, g| a.max(g.abs()));
                 let error = (difference - gradient[e]).abs() / scale;
                 assert!(error < 2e-6, "{name} {settings}: {difference} {}", gradient[e]);
             }
         }
     }
+}
+
+/// A robust inverter's objectives are negative: the worst of them must go on falling.
+#[test]
+fn a_robust_mechanism_moves() {
+    let settings = "optimizer = 'mma'\nfilter = 'density'\niterations = 60\n\
+                    projection = { beta_max = 4.0, every = 20, delta = 0.1 }";
+    let run = run(&table("force-inverter", settings));
+    let found = run.observe()[0].value;
+    println!("robust inverter: worst output {found:.4} after {}", run.iterations());
+    assert!(found < -0.3, "{found}");
+}
+
+/// What the speed of the front does not know is refused, not ignored.
+#[test]
+fn the_front_refuses_what_it_does_not_know() {
+    for (settings, what) in [
+        ("problem.body_force = [0.0, 0.1]", "body forces"),
+        ("problem.spring = [{ node = [33, 1], stiffness = [0.1, 0.0] }]", "springs"),
+    ] {
+        let message = refusal("row-c", &format!("method = 'level-set'\n{settings}"));
+        assert!(message.contains(what), "{message}");
+    }
+}
+
+/// A factorization that would not fit is refused with its size, before any work.
+#[test]
+fn a_factor_that_does_not_fit_is_refused() {
+    let table = table(
+        "cantilever-3d",
+        "solver = 'direct'\nproblem.elements = [96, 48, 48]\n\
+        problem.load = [{ node = [97, 49, 1], force = [0.0, 1.0, 0.0] }]",
+    );
+    let small = Context { memory: 2 << 30, ..context() };
+    let message = start(&table, &small).err().unwrap().to_string();
+    assert!(message.contains("factor") && message.contains("GiB"), "{message}");
 }
 
 /// MMA ends where the optimality criteria do, within half a percent. GCMMA, whose steps are
@@ -266,8 +315,13 @@ fn every_entry_of_the_database_works() {
 /// Half way, saved and taken up again: the same bytes.
 #[test]
 fn runs_resume_to_the_same_bytes() {
-    for settings in ["", "optimizer = 'mma'\nfilter = 'density'", "method = 'level-set'"] {
-        let table = table("mbb", settings);
+    for (name, settings) in [
+        ("mbb", ""),
+        ("mbb", "optimizer = 'mma'\nfilter = 'density'"),
+        ("mbb", "method = 'level-set'"),
+        ("force-inverter", "solver = 'multigrid'"),
+    ] {
+        let table = table(name, settings);
         let mut whole = start(&table, &context()).unwrap();
         let mut half = start(&table, &context()).unwrap();
         for _ in 0..6 {
@@ -280,6 +334,6 @@ fn runs_resume_to_the_same_bytes() {
             whole.step().unwrap();
             resumed.step().unwrap();
         }
-        assert_eq!(whole.save(), resumed.save(), "{settings}");
+        assert_eq!(whole.save(), resumed.save(), "{name} {settings}");
     }
 }

@@ -19,6 +19,19 @@ pub(super) struct Functions {
     pub(super) volume: (f64, Vec<f64>),
 }
 
+impl Functions {
+    /// Room for `count` objectives of `n` variables.
+    pub(super) fn new(count: usize, n: usize) -> Self {
+        Self { objectives: vec![(0.0, vec![0.0; n]); count], volume: (0.0, vec![0.0; n]) }
+    }
+
+    /// The greatest objective; NaN if one of them is.
+    pub(super) fn greatest(&self) -> f64 {
+        let values = self.objectives.iter().map(|(f, _)| *f);
+        values.fold(f64::NEG_INFINITY, |a, f| if f.is_nan() { f } else { a.max(f) })
+    }
+}
+
 /// What updates the design.
 pub(super) enum Update {
     Oc(Box<OptimalityCriteria>),
@@ -85,14 +98,6 @@ impl Update {
         }
     }
 
-    /// The optimality criteria, if they are what updates.
-    pub(super) fn oc(&mut self) -> Option<&mut OptimalityCriteria> {
-        match self {
-            Self::Oc(oc) => Some(oc),
-            _ => None,
-        }
-    }
-
     /// The next design by moving asymptotes; `scale` brings the objectives to the order of 10,
     /// `evaluate` gives objectives and volume of a trial.
     pub(super) fn moving_asymptotes(
@@ -102,8 +107,11 @@ impl Update {
         functions: &Functions,
         mut evaluate: impl FnMut(&[f64]) -> Result<(Vec<f64>, f64)>,
     ) -> Result<Vec<f64>> {
-        let packed = Packed::new(functions, scale);
-        let Packed { f0, df0, g, dg } = &packed;
+        // The greatest of several is at least 0 in the method: objectives that may be
+        // negative are lifted, by as much for a trial as for the point it starts from.
+        let size = functions.objectives.iter().map(|(f, _)| (f * scale).abs()).fold(0.0, f64::max);
+        let lift = Lift { scale, offset: 1.0 + 3.0 * size };
+        let Packed { f0, df0, g, dg } = &Packed::new(functions, lift);
         match self {
             Self::Oc(_) => Err(Error::config("optimizer", "`oc` has no asymptotes")),
             Self::Mma(mma) => Ok(mma.step(x, *f0, df0, g, dg)?.to_vec()),
@@ -111,7 +119,7 @@ impl Update {
                 let mut trial = gcmma.propose(x, *f0, df0, g, dg)?.to_vec();
                 loop {
                     let (objectives, volume) = evaluate(&trial)?;
-                    let (f0, g) = Packed::values(&objectives, volume, scale);
+                    let (f0, g) = Packed::values(&objectives, volume, lift);
                     if gcmma.accept(f0, &g)? != Verdict::Tighten {
                         return Ok(trial);
                     }
@@ -150,6 +158,14 @@ fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T> {
     toml::from_str(text).map_err(|error| Error::Checkpoint(error.to_string()))
 }
 
+/// How objectives are brought to the range that the methods like.
+#[derive(Clone, Copy)]
+struct Lift {
+    scale: f64,
+    /// Added to each of several objectives.
+    offset: f64,
+}
+
 /// The functions as the methods take them.
 struct Packed {
     f0: f64,
@@ -159,17 +175,21 @@ struct Packed {
 }
 
 impl Packed {
-    fn values(objectives: &[f64], volume: f64, scale: f64) -> (f64, Vec<f64>) {
+    fn values(objectives: &[f64], volume: f64, lift: Lift) -> (f64, Vec<f64>) {
         match objectives {
-            [only] => (only * scale, vec![volume]),
-            several => (0.0, several.iter().map(|f| f * scale).chain([volume]).collect()),
+            [only] => (only * lift.scale, vec![volume]),
+            several => {
+                let lifted = several.iter().map(|f| f * lift.scale + lift.offset);
+                (0.0, lifted.chain([volume]).collect())
+            }
         }
     }
 
-    fn new(functions: &Functions, scale: f64) -> Self {
+    fn new(functions: &Functions, lift: Lift) -> Self {
         let values: Vec<f64> = functions.objectives.iter().map(|(f, _)| *f).collect();
-        let (f0, g) = Self::values(&values, functions.volume.0, scale);
-        let scaled = |gradient: &[f64]| gradient.iter().map(|d| d * scale).collect::<Vec<f64>>();
+        let (f0, g) = Self::values(&values, functions.volume.0, lift);
+        let scaled =
+            |gradient: &[f64]| gradient.iter().map(|d| d * lift.scale).collect::<Vec<f64>>();
         let volume = functions.volume.1.iter().copied();
         match functions.objectives.as_slice() {
             [(_, gradient)] => Self { f0, df0: scaled(gradient), g, dg: volume.collect() },

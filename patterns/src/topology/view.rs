@@ -1,6 +1,6 @@
 //! Pictures, curves and outlines of a design.
 
-use super::{marks, problem::Problem};
+use super::{build::Problem, marks};
 use crate::{Artifact, Colors, Image};
 use solvers::{
     Field,

@@ -8,6 +8,18 @@ use nalgebra_sparse::CscMatrix;
 /// Marks an unknown that is not solved for.
 const FIXED: u32 = u32::MAX;
 
+/// Estimate of the bytes of a factorization by nested dissection with its analysis and
+/// work space.
+///
+/// Entries of factors fit `3.3 n log2 n` on planes and `17 n^(4/3)` in space (measured at
+/// 700 to 20 000 unknowns; George 1973 has the exponents).
+pub(super) fn factor_bytes(unknowns: usize, dim: usize) -> usize {
+    let n = unknowns as f64;
+    let entries = if dim == 2 { 3.3 * n * n.log2().max(1.0) } else { 17.0 * n.powf(4.0 / 3.0) };
+    // As much again for the analysis and the work space.
+    entries as usize * 16
+}
+
 /// Direct solver of a [`System`]: nested dissection of the nodes, supernodal Cholesky.
 ///
 /// Cost for n nodes: memory O(n log n) in the plane and O(n^(4/3)) in space,
@@ -29,7 +41,7 @@ impl Direct {
     /// Analyses the pattern.
     ///
     /// # Errors
-    /// If nothing is free, or the factor would be too large to number.
+    /// If nothing is free, or the matrix has more entries than 4-byte numbers can count.
     pub fn new(system: &System) -> Result<Self> {
         let mut number = vec![FIXED; system.unknowns()];
         let free = system.fixed().iter().enumerate().filter(|(_, fixed)| !**fixed);
@@ -129,6 +141,14 @@ fn pattern(system: &System, number: &[u32], count: usize) -> Result<SymmetricMat
             }
         }
         offsets.push(rows.len());
+    }
+    if rows.len() >= FIXED as usize {
+        return Err(Error::TooLarge {
+            name: "stiffness matrix".into(),
+            shape: vec![count, count],
+            needed: format!("{} entries", rows.len()),
+            available: format!("room for {FIXED}"),
+        });
     }
     let values = vec![0.0; rows.len()];
     let matrix = CscMatrix::try_from_csc_data(count, count, offsets, rows, values)

@@ -11,6 +11,8 @@ const CHUNK: usize = 1024;
 #[derive(Clone, Debug)]
 pub struct System {
     lattice: Lattice,
+    /// [`Lattice::offsets`]: asked for at every element.
+    offsets: [usize; 8],
     element: Element,
     fixed: Vec<bool>,
     springs: Vec<f64>,
@@ -41,7 +43,7 @@ impl System {
         if let Some(&bad) = springs.iter().find(|&&k| !(k >= 0.0 && k.is_finite())) {
             return Err(Error::out_of_range("spring", bad, "[0, inf)"));
         }
-        Ok(Self { lattice, element, fixed, springs })
+        Ok(Self { lattice, offsets: lattice.offsets(), element, fixed, springs })
     }
 
     /// The mesh.
@@ -64,6 +66,12 @@ impl System {
         &self.springs
     }
 
+    /// The same structure with one more unknown fixed.
+    pub fn with_fixed(mut self, unknown: usize) -> Self {
+        self.fixed[unknown] = true;
+        self
+    }
+
     /// Number of unknowns, fixed ones included.
     pub fn unknowns(&self) -> usize {
         self.fixed.len()
@@ -74,8 +82,7 @@ impl System {
     pub fn gather(&self, element: usize, values: &[f64], local: &mut [f64]) {
         let components = self.element.components();
         let first = self.lattice.first_node(element);
-        let offsets = self.lattice.offsets();
-        for (node, chunk) in offsets.iter().zip(local.chunks_exact_mut(components)) {
+        for (node, chunk) in self.offsets.iter().zip(local.chunks_exact_mut(components)) {
             let at = (first + node) * components;
             chunk.copy_from_slice(&values[at..at + components]);
         }
@@ -107,13 +114,12 @@ impl System {
         let (n, components) = (self.element.unknowns(), self.element.components());
         product.fill(0.0);
         product.iter_mut().zip(&self.springs).zip(u).for_each(|((p, k), u)| *p = k * u);
-        let offsets = self.lattice.offsets();
         let mut local = [0.0; 24];
         for (element, &scale) in stiffness.iter().enumerate() {
             self.gather(element, u, &mut local[..n]);
             let first = self.lattice.first_node(element);
             for (r, row) in self.element.stiffness().chunks_exact(n).enumerate() {
-                let node = first + offsets[r / components];
+                let node = first + self.offsets[r / components];
                 let force: f64 = row.iter().zip(&local).map(|(k, u)| k * u).sum();
                 product[node * components + r % components] += scale * force;
             }

@@ -5,6 +5,7 @@ use super::cycle::lattices;
 use super::element::force_len;
 use super::lattice::{Lattice, Layout};
 use super::stencil::Stencil;
+use crate::fem::direct::factor_bytes;
 
 /// Estimate of the bytes that a [`super::Multigrid`] will take, within a sixth from 30 MB on
 /// (lattices of fewer than 100 000 unknowns may take 5 MB more).
@@ -37,13 +38,4 @@ pub fn memory(lattice: &Lattice, components: usize, options: &Options) -> usize 
         }
     }
     bytes
-}
-
-/// Entries of factors by nested dissection fit `3.3 n log2 n` on planes and `17 n^(4/3)` in
-/// space (measured at 700 to 20 000 unknowns; George 1973 has the exponents).
-fn factor_bytes(unknowns: usize, dim: usize) -> usize {
-    let n = unknowns as f64;
-    let entries = if dim == 2 { 3.3 * n * n.log2().max(1.0) } else { 17.0 * n.powf(4.0 / 3.0) };
-    // As much again for the analysis and the work space.
-    entries as usize * 16
 }
