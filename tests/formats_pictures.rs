@@ -7,7 +7,7 @@ use std::time::Instant;
 
 fn image(field: Field, colors: Colors, contour: Option<Field>) -> Image {
     let (name, label) = ("b".into(), "b (concentration)".into());
-    Image { name, field, label, colors, range: None, contour }
+    Image { name, field, label, colors, range: None, contour, rows: None }
 }
 
 /// A field on 80 x 80 cells, and a level-set function on it.

@@ -90,6 +90,9 @@ pub struct Image {
     pub range: Option<[f64; 2]>,
     /// A level-set function on the same grid whose zero contour is drawn on top.
     pub contour: Option<Field>,
+    /// What the rows are, if they are not places: label of the vertical axis with its unit,
+    /// and its step from one row to the next.
+    pub rows: Option<(&'static str, f64)>,
 }
 
 /// A straight line of a [`Artifact::Drawing`].

@@ -1,6 +1,6 @@
 //! Seconds per iteration of topology optimization.
 
-use super::pool;
+use super::{pool, processor_seconds};
 use anyhow::{Context as _, Result};
 use patterns::{Context, NoInputs, Status, topology};
 use std::{fs, time::Instant};
@@ -92,17 +92,6 @@ fn unknowns(config: &Table) -> usize {
     let elements = elements.unwrap_or_default();
     let nodes = elements.iter().filter_map(toml::Value::as_integer).map(|n| n as usize + 1);
     nodes.product::<usize>() * elements.len()
-}
-
-/// Time that the process has spent on processors, ended threads included.
-fn processor_seconds() -> f64 {
-    let text = fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // The name of the program, in brackets, may hold spaces.
-    let after = text.rsplit(')').next().unwrap_or_default();
-    let ticks: Vec<f64> =
-        after.split_whitespace().skip(11).take(2).filter_map(|t| t.parse().ok()).collect();
-    // Linux counts in hundredths of a second.
-    if ticks.len() == 2 { ticks.iter().sum::<f64>() / 100.0 } else { f64::NAN }
 }
 
 /// Greatest memory of the process so far (MiB).

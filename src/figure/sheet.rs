@@ -23,25 +23,30 @@ pub(crate) fn encode(panels: &[(String, Vec<u8>)], columns: usize) -> Result<Vec
     let panels: Result<Vec<_>> = panels.iter().map(decode).collect();
     let panels = panels?;
     let columns = columns.clamp(1, panels.len().max(1));
-    let largest = |side: fn(&RgbImage) -> u32| {
-        panels.iter().map(|(_, p)| side(p) as usize).max().unwrap_or(1)
-    };
-    let (width, height) = (largest(RgbImage::width), largest(RgbImage::height));
+    let width = panels.iter().map(|(_, p)| p.width() as usize).max().unwrap_or(1);
     let caption = if panels.iter().any(|(title, _)| !title.is_empty()) { CAPTION } else { 0 };
-    let (cell_x, cell_y) = (width + GAP, height + caption + GAP);
-    let rows = panels.len().div_ceil(columns);
-    let mut sheet = Canvas::new(GAP + columns * cell_x, GAP + rows * cell_y);
-    for (n, (title, picture)) in panels.iter().enumerate() {
-        let (left, top) = (GAP + n % columns * cell_x, GAP + n / columns * cell_y);
-        let (w, h) = (picture.width() as usize, picture.height() as usize);
-        let (x, y) = (left + (width - w) / 2, top + height - h);
-        for (row, pixels) in picture.as_raw().chunks_exact(3 * w).enumerate() {
-            sheet.row_mut(x, y + row, w).copy_from_slice(pixels);
+    // Every row is as high as its highest panel.
+    let tallest = |row: &[(String, RgbImage)]| {
+        row.iter().map(|(_, p)| p.height() as usize).max().unwrap_or(1)
+    };
+    let heights: Vec<usize> = panels.chunks(columns).map(tallest).collect();
+    let height: usize = heights.iter().map(|h| h + caption + GAP).sum();
+    let mut sheet = Canvas::new(GAP + columns * (width + GAP), GAP + height);
+    let mut top = GAP;
+    for (row, height) in panels.chunks(columns).zip(heights) {
+        for (n, (title, picture)) in row.iter().enumerate() {
+            let left = GAP + n * (width + GAP);
+            let (w, h) = (picture.width() as usize, picture.height() as usize);
+            let (x, y) = (left + (width - w) / 2, top + height - h);
+            for (line, pixels) in picture.as_raw().chunks_exact(3 * w).enumerate() {
+                sheet.row_mut(x, y + line, w).copy_from_slice(pixels);
+            }
+            if !title.is_empty() {
+                let at = [(left + width / 2) as f64, (top + height + 8) as f64];
+                sheet.text(title, at, TEXT, Hang::Below)?;
+            }
         }
-        if !title.is_empty() {
-            let at = [(left + width / 2) as f64, (top + height + 8) as f64];
-            sheet.text(title, at, TEXT, Hang::Below)?;
-        }
+        top += height + caption + GAP;
     }
     let mut bytes = Vec::new();
     sheet.write_png(&mut bytes)?;

@@ -87,7 +87,10 @@ pub fn draw(image: &Image, style: &Style) -> Result<Canvas> {
     if image.field.grid().dim() == 1 && image.colors != Colors::Ink {
         return plot::draw(&as_plot(image, style));
     }
-    let panels = slice::middle(&image.field);
+    let mut panels = slice::middle(&image.field);
+    if let [panel] = &mut panels[..] {
+        panel.rows = image.rows;
+    }
     let lines = image.contour.as_ref().map(slice::middle).unwrap_or_default();
     let (wanted, longest) = if panels.len() > 1 {
         (SIDE_THREE, panels.iter().map(|p| p.nx).sum())
@@ -220,16 +223,27 @@ fn false_color(
     Ok(canvas)
 }
 
-/// Ticks of an axis of `count` cells, `apart` pixels from each other; no fractions of cells.
-fn cell_ticks(panel: &Slice, count: usize, times: usize, apart: usize) -> Vec<(f64, String)> {
+/// Ticks of an axis of `count` cells of size `step`, `apart` pixels from each other; no
+/// fractions of cells.
+fn cell_ticks(
+    panel: &Slice,
+    (count, step): (usize, f64),
+    times: usize,
+    apart: usize,
+) -> Vec<(f64, String)> {
     let most = if panel.unit == "cells" { count.saturating_sub(1).max(1) } else { 8 };
     let wanted = (count * times / apart).clamp(2, 8).min(most);
-    axes::ticks([0.0, (count - 1) as f64 * panel.spacing], wanted)
+    axes::ticks([0.0, (count - 1) as f64 * step], wanted)
+}
+
+/// From one row to the next.
+fn down_step(panel: &Slice) -> f64 {
+    panel.rows.map_or(panel.spacing, |(_, step)| step)
 }
 
 /// Ticks of the vertical axis, and the room that it takes.
 fn left_axis(panel: &Slice, times: usize) -> (Vec<(f64, String)>, usize) {
-    let ticks = cell_ticks(panel, panel.ny, times, 60);
+    let ticks = cell_ticks(panel, (panel.ny, down_step(panel)), times, 60);
     let labels = widest(ticks.iter().map(|(_, label)| label.as_str()));
     (ticks, 3 * GAP + TEXT[1] as usize + labels)
 }
@@ -287,20 +301,23 @@ fn draw_frame(
     let (x1, y1) = (x0 + panel.nx * times, y0 + panel.ny * times);
     outline(canvas, [x0, y0, x1, y1]);
     let [fx, fy] = [x0 as f64, y0 as f64];
-    let place = |v: f64| (v / panel.spacing + 0.5) * times as f64;
-    for (v, label) in cell_ticks(panel, panel.nx, times, 80) {
-        let x = fx + place(v);
+    let place = |v: f64, step: f64| (v / step + 0.5) * times as f64;
+    for (v, label) in cell_ticks(panel, (panel.nx, panel.spacing), times, 80) {
+        let x = fx + place(v, panel.spacing);
         canvas.fill([x as usize, y1 + 1, x as usize + 1, y1 + 7], BLACK);
         canvas.text(&label, [x, (y1 + GAP + 1) as f64], TEXT[0], Hang::Below)?;
     }
     for (v, label) in ticks {
-        let y = fy + place(v);
+        let y = fy + place(v, down_step(panel));
         canvas.fill([x0 - 7, y as usize, x0 - 1, y as usize + 1], BLACK);
         canvas.text(&label, [(x0 - GAP) as f64, y], TEXT[0], Hang::Left)?;
     }
     let [middle_x, middle_y] = [0.5 * (x0 + x1) as f64, 0.5 * (y0 + y1) as f64];
     let below = (y1 + 2 * GAP) as f64 + TEXT[0];
-    let [across, down] = panel.axes.map(|axis| format!("{axis} ({})", panel.unit));
+    let [across, mut down] = panel.axes.map(|axis| format!("{axis} ({})", panel.unit));
+    if let Some((label, _)) = panel.rows {
+        down = label.into();
+    }
     canvas.text(&across, [middle_x, below], TEXT[1], Hang::Below)?;
     let beside = (x0 - left + GAP) as f64 + 0.5 * TEXT[1];
     // A label longer than its axis starts where the axis does.

@@ -16,6 +16,8 @@ pub(crate) struct Slice {
     pub(crate) unit: &'static str,
     /// Names of the horizontal and the vertical axis.
     pub(crate) axes: [&'static str; 2],
+    /// Label and step of the rows, if they are not places.
+    pub(crate) rows: Option<(&'static str, f64)>,
     /// Where a solid was cut: `z = 12`; empty in the plane.
     pub(crate) at: String,
 }
@@ -32,7 +34,8 @@ pub(crate) fn middle(field: &Field) -> Vec<Slice> {
     let unit = unit(spacing);
     if grid.dim() < 3 {
         let values = field.as_slice().to_vec();
-        return vec![Slice { nx, ny, values, spacing, unit, axes: ["x", "y"], at: String::new() }];
+        let (axes, at) = (["x", "y"], String::new());
+        return vec![Slice { nx, ny, values, spacing, unit, axes, rows: None, at }];
     }
     let cut = |[nx, ny]: [usize; 2],
                axes,
@@ -44,6 +47,7 @@ pub(crate) fn middle(field: &Field) -> Vec<Slice> {
         spacing,
         unit,
         axes,
+        rows: None,
         at: format!("{across} = {}", n as f64 * spacing),
     };
     let [k, j, i] = [nz / 2, ny / 2, nx / 2];
@@ -73,7 +77,8 @@ impl Slice {
                 values.push(sum / ((x1 - i * times) * (y1 - j * times)) as f64);
             }
         }
-        Self { nx, ny, values, spacing: self.spacing * times as f64, ..self }
+        let rows = self.rows.map(|(label, step)| (label, step * times as f64));
+        Self { nx, ny, values, spacing: self.spacing * times as f64, rows, ..self }
     }
 
     /// Interpolates to `times` x `times` samples a cell, Catmull-Rom, replicated border.

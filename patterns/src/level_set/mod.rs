@@ -165,6 +165,7 @@ impl Run for Front {
             colors: Colors::Diverging,
             range: None,
             contour: Some(phi.clone()),
+            rows: None,
         }));
         if phi.grid().dim() == 3 {
             let mesh = isosurface::triangulate(phi, 0.0, isosurface::Caps::Closed);
@@ -185,6 +186,7 @@ impl Run for Front {
             colors: Colors::Ink,
             range: None,
             contour: Some(phi.clone()),
+            rows: None,
         })
     }
 

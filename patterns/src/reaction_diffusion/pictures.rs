@@ -47,6 +47,7 @@ impl Rd {
             colors: Colors::Sequential,
             range: None,
             contour: Some(phi.clone()),
+            rows: None,
         }
     }
 
@@ -58,6 +59,7 @@ impl Rd {
             colors: Colors::Ink,
             range: None,
             contour: Some(phi),
+            rows: None,
         }
     }
 
@@ -98,13 +100,11 @@ impl Rd {
         Some(Artifact::Image(Image {
             name: "history".into(),
             field,
-            label: format!(
-                "{name} (concentration), a row down every {} iterations",
-                self.history_every()
-            ),
+            label: format!("{name} (concentration)"),
             colors: Colors::Sequential,
             range: None,
             contour: None,
+            rows: Some(("iteration", self.history_every() as f64)),
         }))
     }
 }

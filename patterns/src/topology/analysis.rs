@@ -9,6 +9,13 @@ use super::{
 use crate::{Result, State};
 use solvers::fem::{LinearSolver, SolveReport};
 
+/// Stiffness of void when designs of different methods are compared.
+pub(super) const VOID: f64 = 1e-9;
+
+/// Relative residual of such an analysis, enough to tell designs apart: the compliance's
+/// error is of second order in it.
+const BLACK_TOLERANCE: f64 = 1e-5;
+
 /// Relative residual of the adjoints, whose error enters the gradient in full.
 const ADJOINT_TOLERANCE: f64 = 1e-8;
 
@@ -23,6 +30,8 @@ pub(super) struct Analysis {
     pub(super) stiffness: Vec<f64>,
     force: Vec<f64>,
     energies: Vec<f64>,
+    /// Room for a sum of energies over the cases.
+    density: Vec<f64>,
     product: Vec<f64>,
     /// The last solves: most iterations and greatest residual.
     pub(super) report: SolveReport,
@@ -55,6 +64,7 @@ impl Analysis {
             adjoint: vec![unknowns.clone(); problem.cases.len()],
             stiffness: elements.clone(),
             force: unknowns.clone(),
+            density: elements.clone(),
             energies: elements,
             product: unknowns,
             report: SolveReport::default(),
@@ -209,6 +219,16 @@ impl Analysis {
         add_weight_derivative(problem, weight, &self.adjoint[case], gradient);
         self.note(report);
         Ok(())
+    }
+
+    /// Compliance of densities 0 and 1 with the void that designs are compared with.
+    pub(super) fn black_and_white(&mut self, problem: &Problem, black: &[f64]) -> Result<f64> {
+        self.solve(problem, black, Law::linear(VOID), BLACK_TOLERANCE)?;
+        let mut energy = std::mem::take(&mut self.density);
+        self.energy_density(problem, &mut energy);
+        let value = energy.iter().zip(&self.stiffness).map(|(w, e)| w * e).sum();
+        self.density = energy;
+        Ok(value)
     }
 
     /// Energy `u_e . K_e u_e` of each element at stiffness 1, summed over the cases by weight.

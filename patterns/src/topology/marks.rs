@@ -14,7 +14,7 @@ const APART: f64 = 0.04;
 const ARROW: f64 = 0.12;
 const TRIANGLE: f64 = 0.025;
 
-/// The lines of all marks, in elements; those of the first plane in space.
+/// The lines of all marks, in elements; in space those of all planes, seen along z.
 pub(super) fn strokes(problem: &Problem) -> Vec<Stroke> {
     let lattice = problem.system.lattice();
     let [_, ny, nx] = problem.grid.shape();

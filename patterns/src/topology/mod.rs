@@ -39,7 +39,7 @@ pub use problem::{Load, Material, Output, Passive, Physics, ProblemConfig, Sprin
 pub use region::Side;
 
 use crate::{Artifact, Context, Error, Image, Metric, Model, Result, Run, State, Status};
-use analysis::Analysis;
+use analysis::{Analysis, VOID};
 use build::Problem;
 use front::Front;
 use interpolation::Law;
@@ -61,9 +61,6 @@ pub static MODEL: Model = Model {
 
 /// Tolerance of the solve that gives `compliance_final`.
 const FINAL_TOLERANCE: f64 = 1e-8;
-
-/// Stiffness of void when designs of different methods are compared.
-const VOID: f64 = 1e-9;
 
 /// Iterations that a run takes as a rule.
 const EXPECTED: u64 = 100;

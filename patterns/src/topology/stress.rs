@@ -1,6 +1,10 @@
 //! Von Mises stresses and their p-norm.
 
 use super::build::Problem;
+use rayon::prelude::*;
+
+/// Elements of a task: large enough to hide its cost.
+const CHUNK: usize = 1024;
 
 /// Densities below this count as this in the relaxed stress, whose slope is infinite at 0.
 const LEAST: f64 = 1e-4;
@@ -42,15 +46,19 @@ pub(super) fn p_norm(
     let (n, dim, components) = (element.unknowns(), element.dim(), element.components());
     let lattice = system.lattice();
     let mut local = [0.0; 24];
-    let mut stresses = vec![(0.0, [0.0; 6]); rho.len()];
-    for (e, stress) in stresses.iter_mut().enumerate() {
+    let stress_of = |e: usize| {
+        let mut local = [0.0; 24];
         system.gather(e, u, &mut local[..n]);
-        *stress = von_mises(dim, &element.stress(&local[..n]));
-    }
+        von_mises(dim, &element.stress(&local[..n]))
+    };
+    let stresses: Vec<(f64, [f64; 6])> =
+        (0..rho.len()).into_par_iter().with_min_len(CHUNK).map(stress_of).collect();
     let relaxed = |e: usize| rho[e].max(LEAST).sqrt() * stresses[e].0;
     // Scaled by the greatest: powers of large stresses would overflow.
     let greatest = (0..rho.len()).map(relaxed).fold(f64::MIN_POSITIVE, f64::max);
-    let sum: f64 = (0..rho.len()).map(|e| libm::pow(relaxed(e) / greatest, exponent)).sum();
+    let power = |e: usize| libm::pow(relaxed(e) / greatest, exponent);
+    let powers: Vec<f64> = (0..rho.len()).into_par_iter().with_min_len(CHUNK).map(power).collect();
+    let sum: f64 = powers.iter().sum();
     let norm = greatest * libm::pow(sum, 1.0 / exponent);
     for e in 0..rho.len() {
         let outer = libm::pow(relaxed(e) / norm, exponent - 1.0);

@@ -3,7 +3,7 @@
 use super::{build::Problem, marks};
 use crate::{Artifact, Colors, Image};
 use solvers::{
-    Field,
+    Field, Grid,
     isosurface::{self, Caps},
 };
 
@@ -22,16 +22,24 @@ pub(super) fn threshold(order: &[f64], volume: f64) -> Vec<f64> {
     rho
 }
 
-/// Densities as ink: black is solid.
-pub(super) fn ink(mut density: Field) -> Image {
-    density.as_mut_slice().iter_mut().for_each(|v| *v = 1.0 - *v);
+/// Densities as ink: black is solid. A solid is seen through along z: black where all of its
+/// depth is solid.
+pub(super) fn ink(density: Field) -> Image {
+    let [nz, ny, nx] = density.grid().shape();
+    let flat = Grid::new(&[ny, nx], density.grid().spacing());
+    let mut field = flat.map_or_else(|_| density.clone(), |grid| Field::constant(grid, 1.0));
+    for (paper, e) in field.as_mut_slice().iter_mut().zip(0..) {
+        let column = (0..nz).map(|k| density.as_slice()[k * ny * nx + e]);
+        *paper = 1.0 - column.sum::<f64>() / nz as f64;
+    }
     Image {
         name: "ink".into(),
-        field: density,
+        field,
         label: "density".into(),
         colors: Colors::Ink,
         range: Some([0.0, 1.0]),
         contour: None,
+        rows: None,
     }
 }
 
@@ -53,6 +61,7 @@ pub(super) fn artifacts(problem: &Problem, density: &Field) -> Vec<Artifact> {
             colors: Colors::Sequential,
             range: Some([0.0, 1.0]),
             contour: None,
+            rows: None,
         }),
     ];
     let phi = phi(density);

@@ -118,28 +118,3 @@ fn inside(mut corners: [f64; 3]) -> f64 {
         _ => 1.0,
     }
 }
-
-/// Signed distance of Zalesak's slotted disk of radius 15 on a square of side 100.
-pub(crate) fn zalesak([x, y, _]: [f64; 3]) -> f64 {
-    let disk = (x - 50.0).hypot(y - 75.0) - 15.0;
-    // The slot is 5 wide and open below; its top stands at y = 85.
-    let slot = ((x - 50.0).abs() - 2.5).max(y - 85.0);
-    let (corner_x, corner_y) = (2.5, 75.0 - (15.0_f64 * 15.0 - 2.5 * 2.5).sqrt());
-    let to_corner = ((x - 50.0).abs() - corner_x).hypot(y - corner_y);
-    let in_slot = slot < 0.0;
-    if disk < 0.0 && !in_slot {
-        // Inside the body: the nearest of the circle and the walls of the slot.
-        let dx = ((x - 50.0).abs() - 2.5).max(0.0);
-        let dy = (y - 85.0).max(0.0);
-        return disk.max(-dx.hypot(dy));
-    }
-    if in_slot {
-        // In the slot or below it: walls, top, or a corner at its mouth.
-        if y < corner_y {
-            return to_corner;
-        }
-        return (2.5 - (x - 50.0).abs()).min((85.0 - y).max(0.0)).min(to_corner);
-    }
-    // Outside the disk, beside the slot's extension.
-    disk
-}

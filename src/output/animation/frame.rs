@@ -69,6 +69,7 @@ impl Frame {
             spacing: 1.0,
             unit: "cells",
             axes: ["x", "y"],
+            rows: None,
             at: String::new(),
         };
         let phi = self.phi.as_ref();
