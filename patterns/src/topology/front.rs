@@ -346,7 +346,7 @@ impl Front {
 /// In the plane `(s1 + s2)^2 + 2 (s1 - s2)^2` of the principal stresses, which is Kirsch's
 /// hole: Garreau, Guillaume & Masmoudi 2001. For heat the energy density, exactly; in space
 /// too, where the derivative weighs shear a little more.
-fn topological_derivative(problem: &Problem, analysis: &Analysis, cost: &mut [f64]) {
+pub(super) fn topological_derivative(problem: &Problem, analysis: &Analysis, cost: &mut [f64]) {
     let (system, element) = (&problem.system, problem.system.element());
     let n = element.unknowns();
     let kirsch = element.dim() == 2 && element.components() == 2;

@@ -239,6 +239,52 @@ fn the_front_refuses_what_it_does_not_know() {
     }
 }
 
+/// The topological derivative foretells what a small round hole costs a plate under uniform
+/// stresses `s1`, `s2`: Kirsch's hole, up to the finite plate, which costs some (radius / width)^2
+/// (2.3 % here, 7.8 % and 12.9 % for a radius of 12 and 16 elements).
+#[test]
+fn a_hole_costs_what_its_derivative_says() {
+    let cost = |s1: f64, s2: f64| {
+        let settings = "problem.elements = [160, 160]\n\
+            problem.load = [{ node = [81, 81], force = [0.0, 1.0] }]\n\
+            problem.support = [{ node = [1, 1] }]";
+        let config: Config = crate::from_table(&table("row-c", settings)).unwrap();
+        // The written load gives way to tractions on all four sides, in equilibrium.
+        let mut problem = Problem::new(&config, &context()).unwrap();
+        let lattice = problem.system.lattice();
+        let mut force = vec![0.0; problem.system.unknowns()];
+        for n in 0..=160 {
+            let share = if n == 0 || n == 160 { 0.5 } else { 1.0 };
+            force[2 * lattice.node([160, n, 0])] += share * s1;
+            force[2 * lattice.node([0, n, 0])] -= share * s1;
+            force[2 * lattice.node([n, 160, 0]) + 1] += share * s2;
+            force[2 * lattice.node([n, 0, 0]) + 1] -= share * s2;
+        }
+        problem.cases = vec![(1.0, force)];
+        mechanism::hold(&mut problem).unwrap();
+        let solver = LinearSolver::new(&problem.system, Choice::Direct, 1 << 33).unwrap();
+        let mut analysis = Analysis::new(&problem, solver);
+        let full = vec![1.0; problem.grid.len()];
+        let mut holed = full.clone();
+        for (e, x) in holed.iter_mut().enumerate() {
+            let [cx, cy, _] = problem.grid.position(e).map(|x| x + 0.5 - 80.0);
+            *x = f64::from(u8::from(cx.hypot(cy) > 8.0));
+        }
+        let after = analysis.black_and_white(&problem, &holed).unwrap();
+        let before = analysis.black_and_white(&problem, &full).unwrap();
+        let mut derivative = vec![0.0; full.len()];
+        front::topological_derivative(&problem, &analysis, &mut derivative);
+        (after - before, derivative[80 * 160 + 80])
+    };
+    let (even, even_says) = cost(1.0, 1.0);
+    for (s1, s2) in [(1.0, -1.0), (1.0, 0.0), (1.0, 0.5)] {
+        let (found, says) = cost(s1, s2);
+        let ratio = found / even / (says / even_says);
+        println!("stresses {s1}, {s2}: {found:.2} {says:.3}, ratio {ratio:.4}");
+        assert!((ratio - 1.0).abs() < 0.03, "stresses {s1}, {s2}: {ratio}");
+    }
+}
+
 /// A factorization that would not fit is refused with its size, before any work.
 #[test]
 fn a_factor_that_does_not_fit_is_refused() {
