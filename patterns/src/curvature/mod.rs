@@ -1,0 +1,4 @@
+//! Curvature textures: surfaces that minimize a polynomial of their principal curvatures.
+mod coefficients;
+pub mod energy;
+pub use coefficients::{Coefficients, Interpretable};
