@@ -5,12 +5,16 @@
 //! `x = i h, y = j h, z = k h`. Inside a front `phi < 0`, everywhere.
 
 pub mod boundary;
+pub mod cluster;
 pub mod diffusion;
+mod distances;
+pub mod embed;
 mod error;
 pub mod expression;
 pub mod fem;
 pub mod field;
 pub mod grid;
+pub mod histogram;
 pub mod isosurface;
 pub mod level_set;
 pub mod mesh;

@@ -52,9 +52,9 @@ impl<const D: usize> PointCloud<D> {
     fn sorted(cloud: Vec<([f64; D], f64)>) -> (Self, Vec<u32>) {
         let mut low = [f64::INFINITY; D];
         let mut side = 0.0_f64;
-        for d in 0..D {
-            low[d] = cloud.iter().fold(f64::INFINITY, |m, (x, _)| m.min(x[d]));
-            side = cloud.iter().fold(side, |m, (x, _)| m.max(x[d] - low[d]));
+        for (d, low) in low.iter_mut().enumerate() {
+            *low = cloud.iter().fold(f64::INFINITY, |m, (x, _)| m.min(x[d]));
+            side = cloud.iter().fold(side, |m, (x, _)| m.max(x[d] - *low));
         }
         let key = |(n, (x, w))| (morton(x, low, side), x, w, n);
         let mut keyed: Vec<_> = cloud.into_iter().enumerate().map(key).collect();

@@ -54,15 +54,14 @@ impl Source {
         self.tops.extend(self.h.iter().map(top));
         self.axes.resize(D, Vec::new());
         self.boxes.resize(D, [Vec::new(), Vec::new()]);
-        for d in 0..D {
-            self.axes[d].clear();
-            self.axes[d].resize(blocks, [0.0; BLOCK]);
-            let scaled = self.axes[d].as_flattened_mut().iter_mut().zip(&cloud.axes[d]);
-            scaled.for_each(|(y, &x)| *y = x * unit);
-            for (target, ends) in self.boxes[d].iter_mut().zip(&cloud.blocks[d]) {
-                target.clear();
-                target.extend(ends.iter().map(|x| x * unit));
-            }
+        for (axis, cloud) in self.axes.iter_mut().zip(&cloud.axes) {
+            axis.clear();
+            axis.resize(blocks, [0.0; BLOCK]);
+            axis.as_flattened_mut().iter_mut().zip(cloud).for_each(|(y, &x)| *y = x * unit);
+        }
+        for (target, ends) in self.boxes.iter_mut().flatten().zip(cloud.blocks.iter().flatten()) {
+            target.clear();
+            target.extend(ends.iter().map(|x| x * unit));
         }
     }
 }
@@ -117,8 +116,8 @@ impl<const D: usize> NullaryFnOnce for Rows<'_, D> {
         let mut bounds = vec![0.0; source.tops.len()];
         for (i, out) in out.iter_mut().enumerate() {
             let mut x = [0.0; D];
-            for d in 0..D {
-                x[d] = cloud.axes[d][first + i] * unit;
+            for (x, axis) in x.iter_mut().zip(&cloud.axes) {
+                *x = axis[first + i] * unit;
             }
             *out = scale * log_sum(source, x, &mut bounds);
         }
@@ -129,11 +128,10 @@ impl<const D: usize> NullaryFnOnce for Rows<'_, D> {
 #[inline(always)]
 fn log_sum<const D: usize>(source: &Source, x: [f64; D], bounds: &mut [f64]) -> f64 {
     bounds.copy_from_slice(&source.tops);
-    for d in 0..D {
-        let [low, high] = &source.boxes[d];
+    for (x, [low, high]) in x.iter().zip(&source.boxes) {
         for (bound, (low, high)) in bounds.iter_mut().zip(low.iter().zip(high)) {
             // Distance to the block's box along this axis.
-            let away = greater(greater(low - x[d], x[d] - high), 0.0);
+            let away = greater(greater(low - x, x - high), 0.0);
             *bound -= away * away;
         }
     }
@@ -175,9 +173,9 @@ fn log_sum<const D: usize>(source: &Source, x: [f64; D], bounds: &mut [f64]) -> 
 #[inline(always)]
 fn exponents<const D: usize>(source: &Source, block: usize, x: [f64; D], out: &mut [f64; BLOCK]) {
     *out = source.h[block];
-    for d in 0..D {
-        for (out, y) in out.iter_mut().zip(&source.axes[d][block]) {
-            let away = x[d] - y;
+    for (x, axis) in x.iter().zip(&source.axes) {
+        for (out, y) in out.iter_mut().zip(&axis[block]) {
+            let away = x - y;
             *out -= away * away;
         }
     }
