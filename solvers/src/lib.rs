@@ -5,13 +5,17 @@
 //! `x = i h, y = j h, z = k h`. Inside a front `phi < 0`, everywhere.
 
 pub mod boundary;
+pub mod cluster;
 pub mod diffusion;
+mod distances;
+pub mod embed;
 mod error;
 pub mod expression;
 pub mod fem;
 pub mod field;
 pub mod float;
 pub mod grid;
+pub mod histogram;
 pub mod isosurface;
 pub mod level_set;
 pub mod mesh;
@@ -21,6 +25,7 @@ pub mod random;
 pub mod sparse;
 pub mod spectral;
 pub mod stability;
+pub mod transport;
 
 pub use boundary::Boundary;
 pub use error::{Error, Result};

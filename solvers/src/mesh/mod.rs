@@ -1,6 +1,9 @@
 //! Triangle meshes.
 
+mod sample;
 mod topology;
+
+pub use sample::SurfaceSamples;
 
 /// A triangle mesh; counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
