@@ -11,7 +11,7 @@ struct Cluster {
     birth: f64,
     /// Sum over its points of how far in density they stay with it.
     stability: f64,
-    /// Greatest density at which a point leaves it or one within it.
+    /// Greatest density at which points leave it, also for two clusters within it.
     death: f64,
 }
 
@@ -126,11 +126,6 @@ impl CondensedTree {
 
     pub(super) fn clusters(&self) -> Clusters {
         let chosen = self.select();
-        let mut deaths: Vec<f64> = self.clusters.iter().map(|c| c.death).collect();
-        for (c, cluster) in self.clusters.iter().enumerate().skip(1).rev() {
-            let parent = cluster.parent.unwrap_or(0);
-            deaths[parent] = deaths[parent].max(deaths[c]);
-        }
         let mut numbers = vec![None; self.clusters.len()];
         let mut count = 0;
         let (labels, strengths) = self
@@ -146,7 +141,8 @@ impl CondensedTree {
                     count += 1;
                     count - 1
                 });
-                let strength = if lambda.is_finite() { lambda / deaths[c] } else { 1.0 };
+                let death = self.clusters[c].death;
+                let strength = if lambda < death { lambda / death } else { 1.0 };
                 (Some(label), strength)
             })
             .unzip();
