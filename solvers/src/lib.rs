@@ -4,6 +4,7 @@
 //! with shape `[nz, ny, nx]` (absent axes have size 1); node `(k, j, i)` sits at
 //! `x = i h, y = j h, z = k h`. Inside a front `phi < 0`, everywhere.
 
+pub mod blur;
 pub mod boundary;
 pub mod cluster;
 pub mod diffusion;
@@ -22,6 +23,7 @@ pub mod mesh;
 pub mod optimize;
 pub mod order;
 pub mod random;
+pub mod slab;
 pub mod sparse;
 pub mod spectral;
 pub mod stability;

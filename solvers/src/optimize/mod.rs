@@ -14,12 +14,14 @@
 //! to the same bytes if the format keeps every bit of a number. A variable whose bounds are
 //! equal is fixed: it takes that value whatever is handed in.
 
+mod adam;
 mod bounds;
 mod check;
 mod gcmma;
 mod mma;
 mod oc;
 
+pub use adam::{Adam, AdamConfig};
 pub use bounds::Bounds;
 pub use gcmma::{Gcmma, GcmmaConfig, Verdict};
 pub use mma::{Artificial, Mma, MmaConfig, MovingLimits, Solve};

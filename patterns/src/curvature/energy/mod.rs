@@ -20,10 +20,8 @@ use local::{Constants, Weights};
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 use slab::{Job, Source, Spread, Work};
+use solvers::slab::planes_per_slab;
 use solvers::{Error, Float, Result};
-
-/// Fewest voxels that are worth a second thread.
-const SERIAL_VOXELS: usize = 1 << 14;
 
 /// One number, or a value at each voxel.
 #[derive(Clone, Debug, PartialEq)]
@@ -252,7 +250,7 @@ impl<T: Float> Energy<T> {
     fn evaluate(&mut self, u: &[T], gradient: &mut [T]) -> f64 {
         assert_eq!(u.len(), self.voxels(), "one number per voxel");
         let [nz, ny, nx] = self.config.shape;
-        let slab = slab_planes(nz, u.len());
+        let slab = planes_per_slab(nz, u.len());
         let slabs = nz.div_ceil(slab);
         let general = matches!(self.source, Source::Fields(_));
         if self.work.len() != slabs {
@@ -279,12 +277,6 @@ impl<T: Float> Energy<T> {
         }
         self.planes.iter().sum::<f64>() * self.config.dx.powi(3)
     }
-}
-
-/// Planes of a slab: two slabs per thread even out what the threads are given.
-pub(super) fn slab_planes(nz: usize, voxels: usize) -> usize {
-    let threads = if voxels < SERIAL_VOXELS { 1 } else { rayon::current_num_threads() };
-    if threads == 1 { nz } else { nz.div_ceil(2 * threads).max(4) }
 }
 
 /// A slab, compiled for the machine's vector unit.

@@ -1,0 +1,297 @@
+//! Gaussian blur of fields of three axes, by short sums along each.
+//!
+//! The first pass blurs each plane along x and y, the second along z; planes are made by
+//! their user, so that what is blurred need not be stored.
+
+mod axis;
+
+#[cfg(test)]
+mod tests;
+
+use crate::slab::planes_per_slab;
+use crate::{Error, Float, Result};
+use axis::{Axis, GROUP};
+use pulp::{Arch, NullaryFnOnce};
+use rayon::prelude::*;
+
+/// Numbers that are computed together.
+const CHUNK: usize = 16;
+
+/// Numbers of a plane that are blurred along z before the next ones: with two slabs' planes
+/// around them they stay in the first-level cache.
+const STRETCH: usize = 16 * CHUNK;
+
+/// What stands beyond the box that is blurred.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BlurEdges {
+    /// The box repeats itself.
+    Periodic,
+    /// The outer voxels repeat, `3 sigma` times; the box so extended is periodic, which farther
+    /// out takes 0.3 % of the weight to the other side (as Song's program has it).
+    Replicate,
+}
+
+/// Gives planes to a blur.
+pub trait Planes<T>: Sync {
+    /// Writes plane `k`, row-major. Mark it `#[inline(always)]`.
+    fn plane(&self, k: usize, out: &mut [T]);
+}
+
+/// The planes of a stored field.
+#[derive(Clone, Copy, Debug)]
+pub struct Stored<'a, T>(pub &'a [T]);
+
+impl<T: Float> Planes<T> for Stored<'_, T> {
+    #[inline(always)]
+    fn plane(&self, k: usize, out: &mut [T]) {
+        out.copy_from_slice(&self.0[k * out.len()..][..out.len()]);
+    }
+}
+
+/// Separable Gaussian blur of standard deviation `sigma` voxels.
+///
+/// Along each axis the weights are `exp(-j^2 / 2 sigma^2)` up to half the axis, over their
+/// sum, cut where the rest is below the rounding of `T`. On a periodic box the blur is its
+/// own transpose. The same bytes result for any number of threads.
+#[derive(Clone, Debug)]
+pub struct Blur<T> {
+    shape: [usize; 3],
+    /// Along z, y, x.
+    axes: [Axis<T>; 3],
+    work: Vec<Work<T>>,
+}
+
+#[derive(Clone, Debug)]
+struct Work<T> {
+    planes: [Vec<T>; 2],
+    line: Vec<T>,
+}
+
+impl<T: Float> Blur<T> {
+    /// A blur for fields of `shape` `[nz, ny, nx]`.
+    ///
+    /// # Errors
+    /// Unless sigma is positive and finite, and no axis is empty.
+    pub fn new(shape: [usize; 3], sigma: f64, edges: BlurEdges) -> Result<Self> {
+        if !(sigma > 0.0 && sigma.is_finite()) {
+            return Err(Error::out_of_range("sigma", sigma, "(0, inf)"));
+        }
+        if shape.contains(&0) {
+            return Err(Error::Invalid(format!("shape {shape:?} has an axis of 0 voxels")));
+        }
+        Ok(Self { shape, axes: shape.map(|n| Axis::new(n, sigma, edges)), work: Vec::new() })
+    }
+
+    /// The blurred field into `out`; `between` is overwritten.
+    ///
+    /// # Panics
+    /// If a slice has another length than the field.
+    pub fn apply(&mut self, planes: &impl Planes<T>, between: &mut [T], out: &mut [T]) {
+        self.inner::<false>(planes, between);
+        self.outer::<false>(between, out);
+    }
+
+    /// Applies the transpose of [`Blur::apply`] to `field`; `between` is overwritten.
+    ///
+    /// # Panics
+    /// As [`Blur::apply`].
+    pub fn transpose(&mut self, field: &mut [T], between: &mut [T]) {
+        self.inner::<true>(&Stored(&*field), between);
+        self.outer::<true>(between, field);
+    }
+
+    fn slab(&self) -> usize {
+        planes_per_slab(self.shape[0], self.shape.iter().product())
+    }
+
+    fn inner<const TRANSPOSED: bool>(&mut self, planes: &impl Planes<T>, between: &mut [T]) {
+        let [nz, ny, nx] = self.shape;
+        assert_eq!(between.len(), nz * ny * nx, "one number per voxel");
+        let slab = self.slab();
+        let zero = T::from_f64(0.0);
+        let line = nx + 2 * self.axes[2].radius();
+        self.work.resize_with(nz.div_ceil(slab), || Work {
+            planes: [vec![zero; ny * nx], vec![zero; ny * nx]],
+            line: vec![zero; line],
+        });
+        let (axes, nx_ny) = (&self.axes, [nx, ny]);
+        let parts = between.par_chunks_mut(slab * ny * nx).zip(self.work.par_iter_mut());
+        parts.enumerate().for_each(|(index, (out, work))| {
+            let first = index * slab;
+            let pass = Inner::<_, _, TRANSPOSED> { axes, nx_ny, planes, first, out, work };
+            Arch::new().dispatch(pass);
+        });
+    }
+
+    fn outer<const TRANSPOSED: bool>(&self, source: &[T], out: &mut [T]) {
+        let [nz, ny, nx] = self.shape;
+        assert_eq!(out.len(), nz * ny * nx, "one number per voxel");
+        let (slab, plane, axis) = (self.slab(), ny * nx, &self.axes[0]);
+        out.par_chunks_mut(slab * plane).enumerate().for_each(|(index, out)| {
+            let first = index * slab;
+            Arch::new().dispatch(Outer::<_, TRANSPOSED> { axis, plane, source, first, out });
+        });
+    }
+}
+
+/// Planes of a slab, blurred along x and y.
+struct Inner<'a, T, P, const TRANSPOSED: bool> {
+    axes: &'a [Axis<T>; 3],
+    nx_ny: [usize; 2],
+    planes: &'a P,
+    first: usize,
+    out: &'a mut [T],
+    work: &'a mut Work<T>,
+}
+
+impl<T: Float, P: Planes<T>, const TRANSPOSED: bool> NullaryFnOnce for Inner<'_, T, P, TRANSPOSED> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { axes: [_, along_y, along_x], nx_ny: [nx, ny], planes, first, out, work } = self;
+        let Work { planes: [source, turned], line } = work;
+        let radius = along_x.radius();
+        for (k, out) in (first..).zip(out.chunks_exact_mut(nx * ny)) {
+            planes.plane(k, source);
+            for (row, out) in source.chunks_exact(nx).zip(turned.chunks_exact_mut(nx)) {
+                along_x.extend(row, line);
+                let at = |step: isize| &line[radius.wrapping_add_signed(step)..][..nx];
+                sum(&along_x.taps, at, out);
+                if TRANSPOSED {
+                    for (i, terms) in &along_x.ends {
+                        out[*i] = terms.iter().fold(T::from_f64(0.0), |s, &(o, w)| s + w * row[o]);
+                    }
+                }
+            }
+            for (j, out) in out.chunks_exact_mut(nx).enumerate() {
+                let at = |step: isize| &turned[along_y.at(j, step) * nx..][..nx];
+                sum(&along_y.taps, at, out);
+            }
+            if TRANSPOSED {
+                for (j, terms) in &along_y.ends {
+                    let row = |o: usize| &turned[o * nx..][..nx];
+                    weighted(terms, row, &mut out[j * nx..][..nx]);
+                }
+            }
+        }
+    }
+}
+
+/// Planes of a slab, blurred along z.
+struct Outer<'a, T, const TRANSPOSED: bool> {
+    axis: &'a Axis<T>,
+    plane: usize,
+    source: &'a [T],
+    first: usize,
+    out: &'a mut [T],
+}
+
+impl<T: Float, const TRANSPOSED: bool> NullaryFnOnce for Outer<'_, T, TRANSPOSED> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { axis, plane, source, first, out } = self;
+        for start in (0..plane).step_by(STRETCH) {
+            let len = STRETCH.min(plane - start);
+            for (k, out) in (first..).zip(out.chunks_exact_mut(plane)) {
+                let at = |step: isize| &source[axis.at(k, step) * plane + start..][..len];
+                sum(&axis.taps, at, &mut out[start..][..len]);
+            }
+        }
+        if TRANSPOSED {
+            let planes = out.len() / plane;
+            for (k, terms) in &axis.ends {
+                if (first..first + planes).contains(k) {
+                    let row = |o: usize| &source[o * plane..][..plane];
+                    weighted(terms, row, &mut out[(k - first) * plane..][..plane]);
+                }
+            }
+        }
+    }
+}
+
+/// `out = sum_o weight_o row(o)`.
+fn weighted<'a, T: Float>(
+    terms: &[(usize, T)],
+    row: impl Fn(usize) -> &'a [T],
+    out: &mut [T],
+) {
+    out.fill(T::from_f64(0.0));
+    for &(o, weight) in terms {
+        for (out, &value) in out.iter_mut().zip(row(o)) {
+            *out = *out + weight * value;
+        }
+    }
+}
+
+/// `out = taps[0] at(0) + sum_d taps[d] (at(-d) + at(d))`; all of one length.
+#[inline(always)]
+fn sum<'a, T: Float>(taps: &[T], at: impl Fn(isize) -> &'a [T], out: &mut [T]) {
+    let n = out.len();
+    for (group, taps_of) in taps[1..].chunks_exact(GROUP).enumerate() {
+        let first = (group * GROUP) as isize;
+        let mut pairs = [[at(0); 2]; GROUP];
+        for (d, pair) in (first + 1..).zip(&mut pairs) {
+            *pair = [&at(-d)[..n], &at(d)[..n]];
+        }
+        let taps_of = [taps_of[0], taps_of[1], taps_of[2], taps_of[3]];
+        let center = (group == 0).then(|| (taps[0], &at(0)[..n]));
+        add(center, &taps_of, &pairs, out);
+    }
+    if taps.len() == 1 {
+        for (out, &value) in out.iter_mut().zip(at(0)) {
+            *out = taps[0] * value;
+        }
+    }
+}
+
+/// Adds [`GROUP`] pairs to `out`, or starts it with the central term.
+#[inline(always)]
+fn add<T: Float>(
+    center: Option<(T, &[T])>,
+    taps: &[T; GROUP],
+    pairs: &[[&[T]; 2]; GROUP],
+    out: &mut [T],
+) {
+    let n = out.len();
+    let whole = n / CHUNK * CHUNK;
+    let term = |i: usize| {
+        let mut sums = [T::from_f64(0.0); GROUP];
+        for d in 0..GROUP {
+            sums[d] = taps[d] * (pairs[d][0][i] + pairs[d][1][i]);
+        }
+        (sums[0] + sums[1]) + (sums[2] + sums[3])
+    };
+    for j in 0..n / CHUNK {
+        let first = j * CHUNK;
+        let mut near = [[[T::from_f64(0.0); CHUNK]; 2]; GROUP];
+        for d in 0..GROUP {
+            for side in 0..2 {
+                near[d][side].copy_from_slice(&pairs[d][side][first..][..CHUNK]);
+            }
+        }
+        let mut sums = [T::from_f64(0.0); CHUNK];
+        match center {
+            Some((tap, values)) => {
+                let values = &values[first..][..CHUNK];
+                for i in 0..CHUNK {
+                    sums[i] = tap * values[i];
+                }
+            }
+            None => sums.copy_from_slice(&out[first..][..CHUNK]),
+        }
+        for i in 0..CHUNK {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|d| taps[d] * (near[d][0][i] + near[d][1][i]));
+            sums[i] = sums[i] + ((a + b) + (c + d));
+        }
+        out[first..][..CHUNK].copy_from_slice(&sums);
+    }
+    for i in whole..n {
+        out[i] = match center {
+            Some((tap, values)) => tap * values[i] + term(i),
+            None => out[i] + term(i),
+        };
+    }
+}
