@@ -1,6 +1,10 @@
 //! Triangle meshes.
 
+mod bvh;
+mod shading;
 mod topology;
+
+pub use bvh::{Bvh, Hit, Ray};
 
 /// A triangle mesh; counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
