@@ -1,8 +1,11 @@
 //! Triangle meshes.
 
+mod bvh;
 mod sample;
+mod shading;
 mod topology;
 
+pub use bvh::{Bvh, Hit, Ray};
 pub use sample::SurfaceSamples;
 
 /// A triangle mesh; counter-clockwise seen from outside.
