@@ -10,6 +10,7 @@ mod rd;
 mod run;
 mod run_args;
 mod topopt;
+mod topopt_settings;
 mod topopt_table;
 mod values;
 

@@ -53,12 +53,81 @@ fn the_originals_digit_by_digit() {
         ("row-d", "", "9.5551", 19),
         ("row-f", "", "23.6862", 26),
         ("row-p", "", "6.3028", 20),
+        // From here to row n by a port of the 99 lines in scipy, run on the same problems.
+        ("row-b", "", "197.9515", 69),
+        ("row-e", "", "104.0407", 65),
+        ("row-g", "", "23.2509", 47),
+        ("row-i", "", "190.6529", 52),
+        ("row-j", "", "29.4459", 63),
+        ("row-k", "", "19.9276", 60),
+        ("row-m", "", "48.8582", 44),
+        ("row-q", "", "112.8361", 21),
+        ("row-n", "", "10.5339", 221),
         ("row-l", "one_case = true", "17.0364", 53),
+        // The 99 lines' third example: a hole, and the load at the corner.
+        ("row-p", "problem.load = [{ node = [46, 31], force = [0.0, 1.0] }]", "52.1080", 34),
         ("row-h", "one_case = true\nrules = '88'\ninterpolation = 'modified'", "5.0960", 37),
     ];
     for (name, settings, value, iterations) in expected {
         assert_eq!(printed(name, settings), (value.to_owned(), iterations), "{name} {settings}");
     }
+}
+
+/// top88(300, 100, 0.5, 3, 4, 1) after 50 iterations, by both solvers. With the tolerance that
+/// follows the change of the design the iterative one prints 198.4737.
+#[test]
+fn a_large_beam_as_by_the_88_lines() {
+    let settings = "filter_radius = 4.0\niterations = 50\nproblem.elements = [300, 100]\n\
+        problem.support = [{ edge = 'left', fix = 'x' }, { node = [301, 101], fix = 'y' }]";
+    for solver in ["solver = 'direct'", "solver = 'multigrid'\nsolver_tolerance = 1e-9"] {
+        let (value, _) = printed("mbb", &format!("{solver}\n{settings}"));
+        assert_eq!(value, "198.4735", "{solver}");
+    }
+}
+
+/// The first compliances that Octave prints: they pin the analysis before any update.
+#[test]
+fn the_first_compliances() {
+    for (name, expected) in [
+        ("row-a", "1007.0221"),
+        ("row-c", "219.7673"),
+        ("row-d", "49.9480"),
+        ("row-f", "111.5320"),
+        ("row-h", "93.9507"),
+        ("row-l", "228.0925"),
+        ("row-p", "45.2751"),
+        ("cantilever", "429.2330"),
+    ] {
+        let found = printed(name, "iterations = 1");
+        assert_eq!(found, (expected.to_owned(), 1), "{name}");
+    }
+}
+
+/// The exponent rises to its end before a run may stop, and starts where it should: the first
+/// compliance is that of the start's exponent.
+#[test]
+fn the_penalization_rises() {
+    let rising = "penalization_start = 1.0\npenalization_step = 1.0\npenalization_every = 7\n\
+                  filter = 'density'";
+    let first = |settings: &str| printed("mbb", &format!("iterations = 1\n{settings}"));
+    assert_eq!(first(rising), first("penalization = 1.0\nfilter = 'density'"));
+    let mut rises = start(&table("mbb", rising), &context()).unwrap();
+    let mut constant = start(&table("mbb", "filter = 'density'"), &context()).unwrap();
+    let mut compliances = Vec::new();
+    while rises.step().unwrap() == Status::Running {
+        compliances.push(rises.observe()[0].value);
+    }
+    while constant.step().unwrap() == Status::Running {}
+    // A higher exponent makes the same grey softer: steps after 7 and 14 iterations.
+    for at in [7, 14] {
+        assert!(compliances[at] > 1.05 * compliances[at - 1], "{at}: {compliances:?}");
+    }
+    let (last, wanted) = (metric(rises.as_ref(), "compliance_final"), 218.8);
+    println!("rising {last:.4} after {}, constant 218.8032", rises.iterations());
+    assert!((last / wanted - 1.0).abs() < 0.02, "{last}");
+    // A tolerance that everything meets: two rises and one more iteration.
+    let quick = run(&table("mbb", &format!("tolerance = 1.0\n{rising}")));
+    assert_eq!(quick.iterations(), 3);
 }
 
 /// Both methods on one yardstick: exactly half of the elements solid, void 1e-9. The digest's
@@ -136,6 +205,19 @@ fn bad_problems_are_refused() {
         ("objective = 'displacement'", "`problem.output`"),
         ("projection = {}", "`projection`: a projection needs"),
         ("problem.case_weights = [1.0, 2.0]", "2 weights for 1 load cases"),
+        (
+            "penalization_start = 4.0",
+            "`penalization_start`: 4 is outside its range [0, penalization]",
+        ),
+        ("penalization_step = 0.0", "`penalization_step`: 0 is outside its range (0, 20]"),
+        ("penalization_every = 0", "`penalization_every`: 0 is outside its range [1, inf)"),
+        ("solver_tolerance = 0.1", "`solver_tolerance`: 0.1 is outside its range [1e-12, 0.01]"),
+        (
+            "problem.symmetry = ['y']\nproblem.passive = [\
+             { box = [[0.0, 0.0], [3.0, 3.0]], material = 'solid' }, \
+             { box = [[0.0, 17.0], [3.0, 20.0]] }]",
+            "mirror images of each other across y",
+        ),
         ("typo = 1", "typo"),
     ] {
         let message = with(settings);
@@ -163,6 +245,16 @@ fn gradients_agree_with_differences() {
         ("force-inverter", "filter = 'density'".to_owned()),
         ("heat-sink", "filter = 'density'".to_owned()),
         ("l-bracket", format!("objective = 'stress'\n{mma}")),
+        ("cantilever", "filter = 'density'\nproblem.symmetry = ['y']".to_owned()),
+        ("row-h", "filter = 'helmholtz'\nproblem.symmetry = ['x', 'y']".to_owned()),
+        (
+            "mbb",
+            format!(
+                "filter = 'density'\nproblem.symmetry = ['x']\n{mma}\n\
+                 projection = {{ beta = 2.0 }}\n\
+                 problem.passive = [{{ box = [[5.0, 5.0], [9.0, 9.0]], material = 'solid' }}]"
+            ),
+        ),
         (
             "cantilever-3d",
             "filter = 'density'\nproblem.elements = [6, 4, 3]\n\
@@ -195,19 +287,24 @@ fn gradients_agree_with_differences() {
         for (e, x) in x.iter_mut().enumerate().filter(|(e, _)| problem.passive[*e].is_some()) {
             *x = f64::from(u8::from(problem.passive[e] == Some(Material::Solid)));
         }
+        problem.symmetrize(&mut x);
         let functions = at(&x);
         let free: Vec<usize> = (0..n).filter(|&e| problem.passive[e].is_none()).collect();
         for &e in &[free[0], free[free.len() / 2], free[free.len() / 3]] {
-            const STEP: f64 = 1e-5;
+            // Fourth order: at the second either round-off or the next term is too large.
+            const STEP: f64 = 1e-4;
+            // Along a direction as symmetric as the designs: shares that add up to 1.
+            let mut along = vec![0.0; n];
+            along[e] = 1.0;
+            problem.symmetrize(&mut along);
             let mut moved = |step: f64| {
-                x[e] += step;
-                let functions = at(&x);
-                x[e] -= step;
-                functions
+                let x: Vec<f64> = x.iter().zip(&along).map(|(x, d)| x + step * d).collect();
+                at(&x)
             };
-            let (up, down) = (moved(STEP), moved(-STEP));
+            let points = [-2.0, -1.0, 1.0, 2.0].map(|n| moved(n * STEP));
             for (k, (value, gradient)) in functions.objectives.iter().enumerate() {
-                let difference = (up.objectives[k].0 - down.objectives[k].0) / (2.0 * STEP);
+                let [a, b, c, d] = points.each_ref().map(|point| point.objectives[k].0);
+                let difference = (8.0 * (c - b) - (d - a)) / (12.0 * STEP);
                 let scale = gradient.iter().fold(value.abs() * 1e-6, |a, g| a.max(g.abs()));
                 let error = (difference - gradient[e]).abs() / scale;
                 assert!(error < 2e-6, "{name} {settings}: {difference} {}", gradient[e]);
@@ -227,15 +324,125 @@ fn a_robust_mechanism_moves() {
     assert!(found < -0.3, "{found}");
 }
 
-/// What the speed of the front does not know is refused, not ignored.
+/// What the front makes small is all that it makes small; sources of heat everywhere leave it
+/// nothing to move.
 #[test]
-fn the_front_refuses_what_it_does_not_know() {
-    for (settings, what) in [
-        ("problem.body_force = [0.0, 0.1]", "body forces"),
-        ("problem.spring = [{ node = [33, 1], stiffness = [0.1, 0.0] }]", "springs"),
+fn the_front_refuses_other_objectives() {
+    for (name, settings) in [
+        ("force-inverter", ""),
+        ("row-h", "cases = 'worst'"),
+        ("row-c", "objective = 'stress'"),
+        ("heat-sink", ""),
     ] {
-        let message = refusal("row-c", &format!("method = 'level-set'\n{settings}"));
-        assert!(message.contains(what), "{message}");
+        let message = refusal(name, &format!("method = 'level-set'\n{settings}"));
+        assert!(message.contains("take `--method simp`"), "{message}");
+    }
+}
+
+/// What the front takes for the worth of solid is minus the derivative of the compliances
+/// by the density, with weight, springs, prescribed displacements, several cases and heat.
+#[test]
+fn the_worth_of_solid_agrees_with_differences() {
+    for (name, settings) in [
+        ("mbb", "problem.body_force = [0.01, 0.02]"),
+        ("cantilever", "problem.spring = [{ node = [33, 1], stiffness = [0.1, 0.3] }]"),
+        (
+            "cantilever",
+            "problem.support = [{ edge = 'left' }, { node = [33, 1], fix = 'y', value = [0.0, 0.5] }]",
+        ),
+        ("row-h", "problem.case_weights = [1.0, 3.0]"),
+        ("heat-sink", ""),
+        ("cantilever-3d", "problem.body_force = [0.0, 0.1, 0.0]"),
+    ] {
+        let config: Config = crate::from_table(&table(name, settings)).unwrap();
+        let problem = Problem::new(&config, &context()).unwrap();
+        let solver = LinearSolver::new(&problem.system, Choice::Direct, 1 << 33).unwrap();
+        let mut analysis = Analysis::new(&problem, solver);
+        let mut rho = vec![1.0; problem.grid.len()];
+        let mut compliance = |rho: &[f64]| {
+            analysis.solve(&problem, rho, Law::linear(VOID), 1e-10).unwrap();
+            analysis.compliances(&problem, rho)
+        };
+        const STEP: f64 = 1e-4;
+        let elements = [7, rho.len() / 2, rho.len() - 40];
+        let differences = elements.map(|e| {
+            let mut moved = |step: f64| {
+                rho[e] += step;
+                let value = compliance(&rho);
+                rho[e] = 1.0;
+                value
+            };
+            (moved(-STEP) - moved(STEP)) / (2.0 * STEP)
+        });
+        compliance(&rho);
+        let mut worth = vec![0.0; rho.len()];
+        analysis.worth(&problem, &mut worth);
+        let scale = worth.iter().fold(0.0_f64, |a, w| a.max(w.abs()));
+        for (e, difference) in elements.into_iter().zip(differences) {
+            let error = (difference - worth[e]).abs() / scale;
+            assert!(error < 1e-6, "{name} {settings}: {difference} {}", worth[e]);
+        }
+    }
+}
+
+/// The front with weight, springs, prescribed displacements, fixed material, several cases and
+/// heat, beside densities on the same yardstick. It may rest in another local optimum: row l's
+/// is 22 % above.
+#[test]
+fn the_front_knows_every_compliance() {
+    for (name, settings) in [
+        ("mbb", "problem.body_force = [0.0, 0.002]\noptimizer = 'mma'"),
+        ("cantilever", "problem.spring = [{ node = [33, 1], stiffness = [0.0, 0.1] }]"),
+        (
+            "cantilever",
+            "problem.support = [{ edge = 'left' }, \
+             { node = [33, 1], fix = 'y', value = [0.0, 5.0] }]\noptimizer = 'mma'",
+        ),
+        ("row-p", "problem.load = [{ node = [46, 31], force = [0.0, 1.0] }]"),
+        ("row-l", ""),
+        ("heat-sink", "problem.load = [{ nodes = [[61, 1], [61, 5]], force = [1.0] }]"),
+    ] {
+        let run_of = |method: &str| run(&table(name, &format!("{settings}\n{method}")));
+        let simp = metric(run_of("").as_ref(), "compliance_thresholded");
+        let front = run_of("method = 'level-set'");
+        let found = metric(front.as_ref(), "compliance_thresholded");
+        let volume = metric(front.as_ref(), "volume");
+        let n = front.iterations();
+        println!("{name} {settings}: front {found:.4} after {n}, SIMP {simp:.4}, {volume:.4}");
+        assert!(found < simp + 0.25 * simp.abs(), "{name} {settings}: {found}, SIMP {simp}");
+    }
+}
+
+/// A front in space: symmetric as its problem is, at the volume, and much stiffer than the
+/// grey box of that volume that SIMP starts from. It ends 10 % above SIMP after these 150
+/// iterations, and 7 % after 1000.
+#[test]
+fn a_front_in_space() {
+    let small = "problem.elements = [16, 8, 6]\n\
+        problem.load = [{ nodes = [[17, 9, 1], [17, 9, 7]], force = [0.0, 1.0, 0.0] }]";
+    let settings = "method = 'level-set'\niterations = 150\nproblem.symmetry = ['z']";
+    let front = run(&table("cantilever-3d", &format!("{small}\n{settings}")));
+    let simp = run(&table("cantilever-3d", small));
+    let black = |run: &dyn Run| metric(run, "compliance_thresholded");
+    let (found, by_simp) = (black(front.as_ref()), black(simp.as_ref()));
+    let mut grey = start(&table("cantilever-3d", small), &context()).unwrap();
+    grey.step().unwrap();
+    let grey = grey.observe()[0].value;
+    let config: Config = crate::from_table(&table("cantilever-3d", small)).unwrap();
+    let volume = metric(front.as_ref(), "volume");
+    println!("front {found:.4} after {}, SIMP {by_simp:.4}, grey {grey:.4}", front.iterations());
+    assert!((volume - config.volume).abs() < 5e-3, "{volume}");
+    assert!(found < 0.5 * grey && found < 1.15 * by_simp, "{found}");
+    let rho = front.artifacts().into_iter().find_map(|artifact| match artifact {
+        Artifact::Image(image) if image.name == "density" => Some(image.field),
+        _ => None,
+    });
+    let rho = rho.unwrap();
+    for k in 0..6 {
+        for e in 0..16 * 8 {
+            let pair = [k, 5 - k].map(|k| rho.as_slice()[k * 16 * 8 + e]);
+            assert_eq!(pair[0], pair[1], "plane {k}, element {e}");
+        }
     }
 }
 
@@ -305,7 +512,8 @@ fn a_factor_that_does_not_fit_is_refused() {
 }
 
 /// MMA ends where the optimality criteria do, within half a percent. GCMMA, whose steps are
-/// shorter, comes to rest in another local optimum of the cantilever (3.5 % above).
+/// shorter, comes to rest in another local optimum of the cantilever (3.5 % above); so does
+/// the published program, a port of which ends at 62.92 and, moved by at most 0.2, at 63.73.
 #[test]
 fn the_optimizers_agree() {
     for name in ["mbb", "cantilever"] {
@@ -371,6 +579,7 @@ fn runs_resume_to_the_same_bytes() {
         ("mbb", ""),
         ("mbb", "optimizer = 'mma'\nfilter = 'density'"),
         ("mbb", "method = 'level-set'"),
+        ("mbb", "penalization_start = 1.0\npenalization_every = 4"),
         ("force-inverter", "solver = 'multigrid'"),
     ] {
         let table = table(name, settings);
