@@ -3,6 +3,7 @@
 
 mod bench;
 mod convert;
+mod curvature;
 mod figure;
 mod level_set;
 mod list;
@@ -38,6 +39,7 @@ enum Command {
     Rd(Box<rd::Args>),
     LevelSet(Box<level_set::Args>),
     Topopt(Box<topopt::Args>),
+    Curvature(Box<curvature::Args>),
     Run(Box<run::Args>),
     List(list::Args),
     Figure(figure::Args),
@@ -86,6 +88,7 @@ fn dispatch(command: Command) -> Result<ExitCode> {
         Command::Rd(args) => rd::main(&args),
         Command::LevelSet(args) => level_set::main(&args),
         Command::Topopt(args) => topopt::main(&args),
+        Command::Curvature(args) => curvature::main(&args),
         Command::Run(args) => run::main(&args),
         Command::List(args) => list::main(&args),
         Command::Figure(args) => figure::main(&args),

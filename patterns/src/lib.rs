@@ -29,4 +29,5 @@ pub static MODELS: &[&Model] = &[
     &reaction_diffusion::MODEL,
     &level_set::MODEL,
     &topology::MODEL,
+    &curvature::MODEL,
 ];

@@ -26,7 +26,7 @@ pub struct Coefficients {
 /// The same density as `h2 (H - h0)^2 + k1 K + s (kappa1 - kappa1_0)^2 + t (kappa2 - kappa2_0)^2`
 /// with `H = kappa1 + kappa2`, `K = kappa1 kappa2`. Song 2021, eq. (26).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Interpretable {
     /// Bending rigidity.
     pub h2: f64,

@@ -5,11 +5,32 @@
 //! functionals".
 
 mod coefficients;
+mod config;
+mod descent;
+mod diagram;
 pub mod energy;
 pub mod flow;
 mod mask;
 mod potential;
+mod presets;
+mod run;
+mod start;
+mod view;
+mod written;
 
 pub use coefficients::{Coefficients, Interpretable};
+pub use config::Config;
+pub use diagram::Diagram;
 pub use mask::Mask;
 pub use potential::Potential;
+
+use crate::Model;
+
+/// Registry entry.
+pub static MODEL: Model = Model {
+    name: "curvature",
+    about: "Tubes, membranes and sponges in space from an energy of curvatures",
+    paper: "Song 2021, doi:10.1007/s10851-021-01049-9",
+    presets: presets::presets,
+    start: run::begin,
+};

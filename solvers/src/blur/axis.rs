@@ -68,7 +68,8 @@ impl<T: Float> Axis<T> {
     /// Terms of the transposed sums within reach of the ends.
     fn transposed_ends(&self, n: usize, weights: &[f64]) -> Vec<(usize, Vec<(usize, T)>)> {
         let reach = weights.len() - 1;
-        let ends: Vec<usize> = (0..n).filter(|&i| i < self.radius || i + self.radius >= n).collect();
+        let ends: Vec<usize> =
+            (0..n).filter(|&i| i < self.radius || i + self.radius >= n).collect();
         let terms = |i: usize| {
             let weight = |o: usize| {
                 let steps = -(reach as isize)..=reach as isize;

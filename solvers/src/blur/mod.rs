@@ -213,11 +213,7 @@ impl<T: Float, const TRANSPOSED: bool> NullaryFnOnce for Outer<'_, T, TRANSPOSED
 }
 
 /// `out = sum_o weight_o row(o)`.
-fn weighted<'a, T: Float>(
-    terms: &[(usize, T)],
-    row: impl Fn(usize) -> &'a [T],
-    out: &mut [T],
-) {
+fn weighted<'a, T: Float>(terms: &[(usize, T)], row: impl Fn(usize) -> &'a [T], out: &mut [T]) {
     out.fill(T::from_f64(0.0));
     for &(o, weight) in terms {
         for (out, &value) in out.iter_mut().zip(row(o)) {

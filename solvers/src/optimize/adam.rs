@@ -88,12 +88,7 @@ impl<T: Float> Adam<T> {
     /// Updates variables whose gradient is `factor (plus - minus)`; returns the sum of its
     /// squares. All slices have one length.
     #[inline(always)]
-    pub fn update(
-        &self,
-        [x, m, v]: [&mut [T]; 3],
-        [plus, minus]: [&[T]; 2],
-        factor: T,
-    ) -> f64 {
+    pub fn update(&self, [x, m, v]: [&mut [T]; 3], [plus, minus]: [&[T]; 2], factor: T) -> f64 {
         let zero = T::from_f64(0.0);
         let n = x.len();
         let mut squares = [zero; CHUNK];

@@ -1,0 +1,252 @@
+//! One texture, grown.
+
+use super::config::{Boundary, Config, Flow, Precision};
+use super::descent::{Descent, Stored};
+use super::energy::{Energy, Spatial};
+use super::flow::{Paper, PaperConfig, StepInfo};
+use super::{Mask, Potential, presets, start, view, written};
+use crate::{Artifact, Context, Error, Image, Metric, Result, Run, State, Status};
+use solvers::{Field, Grid, isosurface::Caps, mesh::TriangleMesh, optimize::AdamConfig};
+use std::cell::RefCell;
+
+/// Looks at discrepancy, genus and the like in a whole run.
+const LOOKS: u64 = 40;
+
+/// Evaluations over which the change of the energy is compared with the tolerance.
+const PATIENCE: usize = 50;
+
+/// A flow and what it has seen.
+struct Texture {
+    config: Config,
+    grid: Grid,
+    flow: Box<dyn Descent>,
+    /// Energy and norm of the gradient of each evaluation.
+    history: Vec<[f64; 2]>,
+    notes: Vec<String>,
+    /// Evaluation and value of the last look at what costs more than a step.
+    looked: RefCell<Option<(usize, Vec<Metric>)>>,
+}
+
+/// Starts a run, its checks before any work.
+pub(super) fn begin(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
+    let config: Config = crate::from_table(&presets::expand(table)?)?;
+    config.check()?;
+    let grid = Grid::new(&config.shape(), config.spacing)
+        .map_err(|error| Error::config("size", error.to_string()))?;
+    crate::check_memory("size", grid, config.bytes_per_voxel(), context)?;
+    let notes = written::coefficients(&config)?.unbounded();
+    let flow = match config.precision {
+        Precision::F32 => descent::<f32>(&config, context)?,
+        Precision::F64 => descent::<f64>(&config, context)?,
+    };
+    let notes = notes.into_iter().map(|why| format!("the energy has no lower bound: {why}"));
+    Ok(Box::new(Texture {
+        config,
+        grid,
+        flow,
+        history: Vec::new(),
+        notes: notes.collect(),
+        looked: RefCell::new(None),
+    }))
+}
+
+fn descent<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Box<dyn Descent>> {
+    let energy = Energy::<T>::new(written::energy(config, context)?)?;
+    let mask = mask::<T>(config, context)?;
+    let phase = start::phase(config, context)?;
+    let narrow = |u: Vec<f64>| u.into_iter().map(T::from_f64).collect::<Vec<T>>();
+    let potential =
+        |mass: &Spatial| Potential::<T>::new(config.shape(), config.spacing, config.blur, mass);
+    match config.flow {
+        Flow::Paper => {
+            if phase.is_some() {
+                let reason = "the paper's flow starts from noise; use another `flow`";
+                return Err(Error::config("start", reason));
+            }
+            let adam =
+                AdamConfig { rate: config.rate.unwrap_or(1e-3), ..PaperConfig::default().adam };
+            let potential = potential(&written::mass(config))?;
+            let mut flow = Paper::new(energy, potential, PaperConfig { adam }, context.seed)?;
+            if let Some(mask) = mask {
+                flow = flow.with_mask(mask);
+            }
+            Ok(Box::new(flow))
+        }
+        _ => {
+            let _ = narrow(phase.unwrap_or_default());
+            Err(Error::config("flow", "to come"))
+        }
+    }
+}
+
+/// u = 1 where the shape must be, -1 where it must not.
+fn mask<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Option<Mask<T>>> {
+    if config.include.is_none() && config.exclude.is_none() {
+        return Ok(None);
+    }
+    let mut values = vec![f64::NAN; config.shape().iter().product()];
+    for (key, path, value) in
+        [("include", &config.include, 1.0), ("exclude", &config.exclude, -1.0)]
+    {
+        let Some(path) = path else { continue };
+        let field = start::field(key, path, config, context)?;
+        for (n, (given, &inside)) in values.iter_mut().zip(field.as_slice()).enumerate() {
+            if inside > 0.5 && !given.is_nan() {
+                let reason = format!("voxel {n} is in `include` too");
+                return Err(Error::config(key, reason));
+            }
+            if inside > 0.5 {
+                *given = value;
+            }
+        }
+    }
+    Ok(Some(Mask::new(values.into_iter().map(T::from_f64).collect())?))
+}
+
+impl Texture {
+    /// The surface, closed at the box's faces or open.
+    fn surface(&self, closed: bool) -> TriangleMesh {
+        let caps = match (self.config.boundary, closed) {
+            (Boundary::Periodic, false) => Caps::Periodic,
+            (Boundary::Periodic, true) => Caps::PeriodicClosed,
+            (_, false) => Caps::Open,
+            (_, true) => Caps::Closed,
+        };
+        view::surface(self.phase(), self.config.level, caps)
+    }
+
+    fn phase(&self) -> Field {
+        Field::from_vec(self.grid, self.flow.phase())
+            .unwrap_or_else(|_| Field::constant(self.grid, 0.0))
+    }
+
+    fn last(&self) -> [f64; 2] {
+        self.history.last().copied().unwrap_or([f64::NAN; 2])
+    }
+
+    /// What costs more than a step: known every so often, NaN between.
+    fn looks(&self) -> Vec<Metric> {
+        let n = self.history.len();
+        let every = self.config.evaluations.div_ceil(LOOKS).max(1) as usize;
+        let due = n.is_multiple_of(every) || n as u64 >= self.config.evaluations;
+        if !due {
+            let names = [("normalized_discrepancy", "1"), ("genus", "1"), ("components", "1")];
+            return names.map(|(name, unit)| Metric::new(name, f64::NAN, unit)).to_vec();
+        }
+        let mut looked = self.looked.borrow_mut();
+        match &*looked {
+            Some((at, metrics)) if *at == n => metrics.clone(),
+            _ => {
+                let metrics = self.look();
+                *looked = Some((n, metrics.clone()));
+                metrics
+            }
+        }
+    }
+
+    fn look(&self) -> Vec<Metric> {
+        let [nz, ny, nx] = self.grid.shape().map(|n| n as f64 * self.config.spacing);
+        let mesh = if self.config.boundary == Boundary::Periodic {
+            self.surface(false).on_torus([nx, ny, nz])
+        } else {
+            self.surface(true)
+        };
+        let genus = mesh.genus().map_or(f64::NAN, |genus| genus as f64);
+        vec![
+            Metric::new("normalized_discrepancy", self.flow.discrepancy(), "1"),
+            Metric::new("genus", genus, "1"),
+            Metric::new("components", mesh.components() as f64, "1"),
+        ]
+    }
+
+    fn mass(&self) -> f64 {
+        let phase = self.phase();
+        solvers::field::sum(phase.as_slice(), |u| u) / phase.as_slice().len() as f64
+    }
+}
+
+impl Run for Texture {
+    fn step(&mut self) -> Result<Status> {
+        let StepInfo { energy, gradient_norm, .. } = self.flow.step()?;
+        self.history.push([energy, gradient_norm]);
+        let n = self.history.len();
+        if n as u64 >= self.config.evaluations {
+            return Ok(Status::Done);
+        }
+        let before = n.checked_sub(PATIENCE).map(|before| self.history[before][0]);
+        let still = before
+            .is_some_and(|before| (before - energy).abs() < self.config.tolerance * before.abs());
+        Ok(if still { Status::Done } else { Status::Running })
+    }
+
+    fn iterations(&self) -> u64 {
+        self.history.len() as u64
+    }
+
+    fn max_iterations(&self) -> u64 {
+        self.config.evaluations
+    }
+
+    fn config(&self) -> toml::Table {
+        crate::to_table(&self.config)
+    }
+
+    fn metrics(&self) -> Vec<Metric> {
+        let [energy, gradient] = self.last();
+        let mut metrics = vec![
+            Metric::new("energy", energy, "1"),
+            Metric::new("gradient_norm", gradient, "1"),
+            Metric::new("mass", self.mass(), "1"),
+            Metric::new("area", self.surface(false).area(), "length^2"),
+            Metric::new("evaluations", self.history.len() as f64, "1"),
+        ];
+        metrics.extend(self.look());
+        metrics
+    }
+
+    fn observe(&self) -> Vec<Metric> {
+        let [energy, gradient] = self.last();
+        let mut metrics =
+            vec![Metric::new("energy", energy, "1"), Metric::new("gradient_norm", gradient, "1")];
+        metrics.extend(self.looks());
+        metrics
+    }
+
+    fn artifacts(&self) -> Vec<Artifact> {
+        let phase = self.phase();
+        let open = self.surface(false);
+        let mut artifacts = vec![
+            Artifact::Mesh { name: "shape".into(), mesh: self.surface(true) },
+            view::phase(&phase),
+            view::history(&self.history),
+        ];
+        if let Ok(diagram) = self.flow.diagram(&open) {
+            artifacts.extend(view::diagram(&diagram));
+        }
+        artifacts
+    }
+
+    fn frame(&self) -> Option<Image> {
+        Some(view::slice(&self.phase(), self.config.level))
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
+    }
+
+    fn save(&self) -> State {
+        let mut state = State::default();
+        state.put_f64("history", self.history.as_flattened());
+        self.flow.save(&mut state);
+        state
+    }
+
+    fn restore(&mut self, state: &State) -> Result<()> {
+        let history = state.all_f64("history")?;
+        if history.len() % 2 != 0 {
+            return Err(Error::Checkpoint("`history` holds half an evaluation".into()));
+        }
+        self.history = history.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+        self.flow.restore(state)
+    }
+}
