@@ -135,8 +135,9 @@ impl<T: Float> Planes<T> for Divergence<'_, T> {
                     }
                 }
             }
-            for (out, pair) in out[1..].iter_mut().zip(along.windows(3)) {
-                *out = *out + half * (pair[2] - pair[0]);
+            let (west, east) = (&along[..nx - 2], &along[2..]);
+            for (out, (&west, &east)) in out[1..nx - 1].iter_mut().zip(west.iter().zip(east)) {
+                *out = *out + half * (east - west);
             }
             out[0] = out[0] + half * (along[1] - along[nx - 1]);
             out[nx - 1] = out[nx - 1] + half * (along[0] - along[nx - 2]);

@@ -14,6 +14,8 @@ pub(super) struct Axis<T> {
     /// Voxels whose sum in the transpose is not the symmetric one, with all their terms.
     pub(super) ends: Vec<(usize, Vec<(usize, T)>)>,
     radius: usize,
+    /// 0 to twice the radius.
+    pub(super) steps: Vec<usize>,
 }
 
 /// Pairs of taps that are added together.
@@ -34,7 +36,8 @@ impl<T: Float> Axis<T> {
         };
         let source: Vec<usize> =
             (0..n + 2 * radius).map(|p| inside(p as isize - radius as isize)).collect();
-        let mut axis = Self { taps: Vec::new(), source, ends: Vec::new(), radius };
+        let steps = (0..=2 * radius).collect();
+        let mut axis = Self { taps: Vec::new(), source, ends: Vec::new(), radius, steps };
         if edges == BlurEdges::Replicate {
             axis.ends = axis.transposed_ends(n, &weights);
         }
@@ -49,10 +52,10 @@ impl<T: Float> Axis<T> {
         self.radius
     }
 
-    /// The voxel that stands at `i + step`.
+    /// The voxels that stand at `i - radius` to `i + radius`.
     #[inline(always)]
-    pub(super) fn at(&self, i: usize, step: isize) -> usize {
-        self.source[(i + self.radius).wrapping_add_signed(step)]
+    pub(super) fn rows(&self, i: usize) -> &[usize] {
+        &self.source[i..=i + 2 * self.radius]
     }
 
     /// A line with what stands beyond its ends: `radius` more on either side.
@@ -73,7 +76,8 @@ impl<T: Float> Axis<T> {
         let terms = |i: usize| {
             let weight = |o: usize| {
                 let steps = -(reach as isize)..=reach as isize;
-                let hits = steps.filter(|&step| self.at(o, step) == i);
+                let at = |step: isize| self.rows(o)[self.radius.wrapping_add_signed(step)];
+                let hits = steps.filter(|&step| at(step) == i);
                 hits.map(|step| weights[step.unsigned_abs()]).sum::<f64>()
             };
             let all = (0..n).map(|o| (o, weight(o)));

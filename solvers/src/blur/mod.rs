@@ -151,13 +151,12 @@ impl<T: Float, P: Planes<T>, const TRANSPOSED: bool> NullaryFnOnce for Inner<'_,
     fn call(self) {
         let Self { axes: [_, along_y, along_x], nx_ny: [nx, ny], planes, first, out, work } = self;
         let Work { planes: [source, turned], line } = work;
-        let radius = along_x.radius();
         for (k, out) in (first..).zip(out.chunks_exact_mut(nx * ny)) {
             planes.plane(k, source);
             for (row, out) in source.chunks_exact(nx).zip(turned.chunks_exact_mut(nx)) {
                 along_x.extend(row, line);
-                let at = |step: isize| &line[radius.wrapping_add_signed(step)..][..nx];
-                sum(&along_x.taps, at, out);
+                let steps = Steps { source: &*line, rows: &along_x.steps, stride: 1, offset: 0 };
+                steps.sum(&along_x.taps, out);
                 if TRANSPOSED {
                     for (i, terms) in &along_x.ends {
                         out[*i] = terms.iter().fold(T::from_f64(0.0), |s, &(o, w)| s + w * row[o]);
@@ -165,8 +164,9 @@ impl<T: Float, P: Planes<T>, const TRANSPOSED: bool> NullaryFnOnce for Inner<'_,
                 }
             }
             for (j, out) in out.chunks_exact_mut(nx).enumerate() {
-                let at = |step: isize| &turned[along_y.at(j, step) * nx..][..nx];
-                sum(&along_y.taps, at, out);
+                let rows = along_y.rows(j);
+                let steps = Steps { source: &*turned, rows, stride: nx, offset: 0 };
+                steps.sum(&along_y.taps, out);
             }
             if TRANSPOSED {
                 for (j, terms) in &along_y.ends {
@@ -196,8 +196,8 @@ impl<T: Float, const TRANSPOSED: bool> NullaryFnOnce for Outer<'_, T, TRANSPOSED
         for start in (0..plane).step_by(STRETCH) {
             let len = STRETCH.min(plane - start);
             for (k, out) in (first..).zip(out.chunks_exact_mut(plane)) {
-                let at = |step: isize| &source[axis.at(k, step) * plane + start..][..len];
-                sum(&axis.taps, at, &mut out[start..][..len]);
+                let steps = Steps { source, rows: axis.rows(k), stride: plane, offset: start };
+                steps.sum(&axis.taps, &mut out[start..][..len]);
             }
         }
         if TRANSPOSED {
@@ -222,72 +222,91 @@ fn weighted<'a, T: Float>(terms: &[(usize, T)], row: impl Fn(usize) -> &'a [T], 
     }
 }
 
-/// `out = taps[0] at(0) + sum_d taps[d] (at(-d) + at(d))`; all of one length.
-#[inline(always)]
-fn sum<'a, T: Float>(taps: &[T], at: impl Fn(isize) -> &'a [T], out: &mut [T]) {
-    let n = out.len();
-    for (group, taps_of) in taps[1..].chunks_exact(GROUP).enumerate() {
-        let first = (group * GROUP) as isize;
-        let mut pairs = [[at(0); 2]; GROUP];
-        for (d, pair) in (first + 1..).zip(&mut pairs) {
-            *pair = [&at(-d)[..n], &at(d)[..n]];
-        }
-        let taps_of = [taps_of[0], taps_of[1], taps_of[2], taps_of[3]];
-        let center = (group == 0).then(|| (taps[0], &at(0)[..n]));
-        add(center, &taps_of, &pairs, out);
+/// Rows at the steps of a filter: that at step `d` starts at
+/// `source[rows[d + radius] * stride + offset]`.
+#[derive(Clone, Copy)]
+struct Steps<'a, T> {
+    source: &'a [T],
+    rows: &'a [usize],
+    stride: usize,
+    offset: usize,
+}
+
+impl<'a, T: Float> Steps<'a, T> {
+    /// The row of number `d + radius`, of `n` numbers.
+    #[inline(always)]
+    fn row(&self, index: usize, n: usize) -> &'a [T] {
+        &self.source[self.rows[index] * self.stride + self.offset..][..n]
     }
-    if taps.len() == 1 {
-        for (out, &value) in out.iter_mut().zip(at(0)) {
-            *out = taps[0] * value;
+
+    /// `out = taps[0] row(0) + sum_d taps[d] (row(-d) + row(d))`.
+    ///
+    /// Only plain loops: the library's `map` and chained iterators over arrays are not always
+    /// compiled into their caller, and then not for its vector unit.
+    #[inline(always)]
+    fn sum(&self, taps: &[T], out: &mut [T]) {
+        let (n, radius) = (out.len(), taps.len() - 1);
+        let center = self.row(radius, n);
+        if radius == 0 {
+            for i in 0..n {
+                out[i] = taps[0] * center[i];
+            }
+        }
+        for first in (0..radius).step_by(GROUP) {
+            let mut pairs = [[center; GROUP]; 2];
+            let mut weights = [taps[0]; GROUP];
+            for d in 0..GROUP {
+                let step = first + d + 1;
+                pairs[0][d] = self.row(radius - step, n);
+                pairs[1][d] = self.row(radius + step, n);
+                weights[d] = taps[step];
+            }
+            if first == 0 {
+                add::<T, true>(taps[0], center, &weights, &pairs, out);
+            } else {
+                add::<T, false>(taps[0], center, &weights, &pairs, out);
+            }
         }
     }
 }
 
-/// Adds [`GROUP`] pairs to `out`, or starts it with the central term.
+/// Adds [`GROUP`] pairs to `out`, which `START` sets to the central term before.
 #[inline(always)]
-fn add<T: Float>(
-    center: Option<(T, &[T])>,
+fn add<T: Float, const START: bool>(
+    tap: T,
+    center: &[T],
     taps: &[T; GROUP],
-    pairs: &[[&[T]; 2]; GROUP],
+    pairs: &[[&[T]; GROUP]; 2],
     out: &mut [T],
 ) {
     let n = out.len();
-    let whole = n / CHUNK * CHUNK;
-    let term = |i: usize| {
-        let mut sums = [T::from_f64(0.0); GROUP];
-        for d in 0..GROUP {
-            sums[d] = taps[d] * (pairs[d][0][i] + pairs[d][1][i]);
-        }
-        (sums[0] + sums[1]) + (sums[2] + sums[3])
-    };
-    for j in 0..n / CHUNK {
-        let first = j * CHUNK;
-        let mut near = [[[T::from_f64(0.0); CHUNK]; 2]; GROUP];
-        for d in 0..GROUP {
-            for side in 0..2 {
-                near[d][side].copy_from_slice(&pairs[d][side][first..][..CHUNK]);
-            }
-        }
-        let mut sums = [T::from_f64(0.0); CHUNK];
-        match center {
-            Some((tap, values)) => {
-                let values = &values[first..][..CHUNK];
-                for i in 0..CHUNK {
-                    sums[i] = tap * values[i];
-                }
-            }
-            None => sums.copy_from_slice(&out[first..][..CHUNK]),
-        }
-        for i in 0..CHUNK {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|d| taps[d] * (near[d][0][i] + near[d][1][i]));
-            sums[i] = sums[i] + ((a + b) + (c + d));
-        }
-        out[first..][..CHUNK].copy_from_slice(&sums);
+    let (out, tail) = out.as_chunks_mut::<CHUNK>();
+    let count = out.len();
+    let center = &center[..n];
+    let centers = &center.as_chunks::<CHUNK>().0[..count];
+    let [below, above] = pairs;
+    let mut low = [centers; GROUP];
+    let mut high = [centers; GROUP];
+    for d in 0..GROUP {
+        low[d] = &below[d].as_chunks::<CHUNK>().0[..count];
+        high[d] = &above[d].as_chunks::<CHUNK>().0[..count];
     }
-    for i in whole..n {
-        out[i] = match center {
-            Some((tap, values)) => tap * values[i] + term(i),
-            None => out[i] + term(i),
-        };
+    for j in 0..count {
+        let (a, b, c, d) = (&low[0][j], &low[1][j], &low[2][j], &low[3][j]);
+        let (e, f, g, h) = (&high[0][j], &high[1][j], &high[2][j], &high[3][j]);
+        let mut sums = if START { centers[j] } else { out[j] };
+        for i in 0..CHUNK {
+            let first = if START { tap * sums[i] } else { sums[i] };
+            sums[i] = first
+                + ((taps[0] * (a[i] + e[i]) + taps[1] * (b[i] + f[i]))
+                    + (taps[2] * (c[i] + g[i]) + taps[3] * (d[i] + h[i])));
+        }
+        out[j] = sums;
+    }
+    for (i, out) in (count * CHUNK..n).zip(tail) {
+        let first = if START { tap * center[i] } else { *out };
+        *out = first
+            + ((taps[0] * (below[0][i] + above[0][i]) + taps[1] * (below[1][i] + above[1][i]))
+                + (taps[2] * (below[2][i] + above[2][i]) + taps[3] * (below[3][i] + above[3][i])));
     }
 }

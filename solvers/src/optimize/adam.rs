@@ -91,36 +91,34 @@ impl<T: Float> Adam<T> {
     pub fn update(&self, [x, m, v]: [&mut [T]; 3], [plus, minus]: [&[T]; 2], factor: T) -> f64 {
         let zero = T::from_f64(0.0);
         let n = x.len();
+        let (plus, minus) = (&plus[..n], &minus[..n]);
+        let (x, m, v) = (&mut x[..n], &mut m[..n], &mut v[..n]);
         let mut squares = [zero; CHUNK];
-        for first in (0..n).step_by(CHUNK) {
-            let len = CHUNK.min(n - first);
-            let mut near = [[zero; CHUNK]; 5];
-            if len == CHUNK {
-                for (near, row) in near.iter_mut().zip([&*x, &*m, &*v, plus, minus]) {
-                    near.copy_from_slice(&row[first..][..CHUNK]);
+        let whole = n / CHUNK * CHUNK;
+        {
+            let (x, m, v) = (x.as_chunks_mut().0, m.as_chunks_mut().0, v.as_chunks_mut().0);
+            let (plus, minus) = (plus.as_chunks().0, minus.as_chunks().0);
+            for j in 0..n / CHUNK {
+                let (plus, minus): (&[T; CHUNK], &[T; CHUNK]) = (&plus[j], &minus[j]);
+                let (mut xs, mut ms, mut vs): ([T; CHUNK], [T; CHUNK], [T; CHUNK]) =
+                    (x[j], m[j], v[j]);
+                for i in 0..CHUNK {
+                    let g = factor * (plus[i] - minus[i]);
+                    squares[i] = squares[i] + g * g;
+                    (xs[i], ms[i], vs[i]) = self.next(xs[i], ms[i], vs[i], g);
                 }
-            } else {
-                for (near, row) in near.iter_mut().zip([&*x, &*m, &*v, plus, minus]) {
-                    near[..len].copy_from_slice(&row[first..][..len]);
-                }
-            }
-            let mut out = [[zero; CHUNK]; 3];
-            for i in 0..CHUNK {
-                let g = factor * (near[3][i] - near[4][i]);
-                squares[i] = squares[i] + g * g;
-                (out[0][i], out[1][i], out[2][i]) =
-                    self.next(near[0][i], near[1][i], near[2][i], g);
-            }
-            if len == CHUNK {
-                x[first..][..CHUNK].copy_from_slice(&out[0]);
-                m[first..][..CHUNK].copy_from_slice(&out[1]);
-                v[first..][..CHUNK].copy_from_slice(&out[2]);
-            } else {
-                x[first..].copy_from_slice(&out[0][..len]);
-                m[first..].copy_from_slice(&out[1][..len]);
-                v[first..].copy_from_slice(&out[2][..len]);
+                (x[j], m[j], v[j]) = (xs, ms, vs);
             }
         }
-        squares.iter().map(|s| s.to_f64()).sum()
+        for i in whole..n {
+            let g = factor * (plus[i] - minus[i]);
+            squares[i - whole] = squares[i - whole] + g * g;
+            (x[i], m[i], v[i]) = self.next(x[i], m[i], v[i], g);
+        }
+        let mut sum = 0.0;
+        for square in squares {
+            sum += square.to_f64();
+        }
+        sum
     }
 }

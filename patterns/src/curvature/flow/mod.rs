@@ -3,8 +3,13 @@
 //! All own their state and hand it out for checkpoints; a step that meets a number that is
 //! not finite is an error that names its iteration, and leaves the state of before it.
 
+mod descent;
+mod fast;
 mod paper;
+mod precondition;
 
+pub use descent::{Descent, DescentConfig};
+pub use fast::{Fast, FastConfig};
 pub use paper::{Paper, PaperConfig};
 
 use solvers::{Error, Result};
