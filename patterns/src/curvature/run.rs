@@ -2,11 +2,14 @@
 
 use super::config::{Boundary, Config, Flow, Precision};
 use super::descent::{Descent, Stored};
-use super::energy::{Energy, Spatial};
-use super::flow::{Paper, PaperConfig, StepInfo};
+use super::energy::Energy;
+use super::flow::{self, DescentConfig, Fast, FastConfig, Paper, PaperConfig, StepInfo};
 use super::{Mask, Potential, presets, start, view, written};
 use crate::{Artifact, Context, Error, Image, Metric, Result, Run, State, Status};
-use solvers::{Field, Grid, isosurface::Caps, mesh::TriangleMesh, optimize::AdamConfig};
+use solvers::{
+    Field, Grid, diffusion::explicit::Real, isosurface::Caps, mesh::TriangleMesh,
+    optimize::AdamConfig,
+};
 use std::cell::RefCell;
 
 /// Looks at discrepancy, genus and the like in a whole run.
@@ -54,29 +57,54 @@ fn descent<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Box<dyn 
     let energy = Energy::<T>::new(written::energy(config, context)?)?;
     let mask = mask::<T>(config, context)?;
     let phase = start::phase(config, context)?;
-    let narrow = |u: Vec<f64>| u.into_iter().map(T::from_f64).collect::<Vec<T>>();
-    let potential =
-        |mass: &Spatial| Potential::<T>::new(config.shape(), config.spacing, config.blur, mass);
-    match config.flow {
-        Flow::Paper => {
-            if phase.is_some() {
-                let reason = "the paper's flow starts from noise; use another `flow`";
-                return Err(Error::config("start", reason));
-            }
-            let adam =
-                AdamConfig { rate: config.rate.unwrap_or(1e-3), ..PaperConfig::default().adam };
-            let potential = potential(&written::mass(config))?;
-            let mut flow = Paper::new(energy, potential, PaperConfig { adam }, context.seed)?;
-            if let Some(mask) = mask {
-                flow = flow.with_mask(mask);
-            }
-            Ok(Box::new(flow))
+    let rate = |default: f64| config.rate.unwrap_or(default);
+    if config.flow == Flow::Paper {
+        if phase.is_some() {
+            let reason = "the paper's flow starts from noise; use another `flow`";
+            return Err(Error::config("start", reason));
         }
-        _ => {
-            let _ = narrow(phase.unwrap_or_default());
-            Err(Error::config("flow", "to come"))
+        let adam = AdamConfig { rate: rate(1e-3), ..PaperConfig::default().adam };
+        let mut flow = Paper::new(energy, potential(config)?, PaperConfig { adam }, context.seed)?;
+        if let Some(mask) = mask {
+            flow = flow.with_mask(mask);
         }
+        return Ok(Box::new(flow));
     }
+    let u = match phase {
+        Some(phase) => phase.into_iter().map(<T as Real>::from_f64).collect(),
+        None => noise::<T>(config, context.seed)?,
+    };
+    if config.flow == Flow::Fast {
+        let default = FastConfig::default();
+        let adam = AdamConfig { rate: rate(default.adam.rate), ..default.adam };
+        let decay = Some(config.evaluations);
+        let mut flow = Fast::new(energy, FastConfig { adam, decay, ..default }, u)?;
+        if let Some(mask) = mask {
+            flow = flow.with_mask(mask);
+        }
+        return Ok(Box::new(flow));
+    }
+    let keep_mass = config.flow == Flow::L2Mass;
+    // The preconditioner is a spectrum, which wants a box without ends and no blur.
+    let beta = (keep_mass && config.boundary == Boundary::Periodic).then_some(1.0);
+    let sigma = (config.blur > 0.0 && beta.is_none()).then_some(config.blur);
+    let settings = DescentConfig { sigma, keep_mass, beta, ..DescentConfig::default() };
+    Ok(Box::new(flow::Descent::new(energy, settings, mask, u)?))
+}
+
+fn potential<T: Stored>(config: &Config) -> Result<Potential<T>> {
+    let mass = written::mass(config);
+    Ok(Potential::new(config.shape(), config.spacing, config.blur, &mass)?)
+}
+
+/// The phase of the paper's start.
+fn noise<T: Stored>(config: &Config, seed: u64) -> Result<Vec<T>> {
+    let voxels = config.shape().iter().product();
+    let [z, y, x] = flow::start::<T>(voxels, config.spacing, seed);
+    let zeros = || vec![<T as Real>::from_f64(0.0); voxels];
+    let (mut between, mut u) = (zeros(), zeros());
+    potential(config)?.phase([&z, &y, &x], &mut between, &mut u);
+    Ok(u)
 }
 
 /// u = 1 where the shape must be, -1 where it must not.
@@ -100,7 +128,7 @@ fn mask<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Option<Mask
             }
         }
     }
-    Ok(Some(Mask::new(values.into_iter().map(T::from_f64).collect())?))
+    Ok(Some(Mask::new(values.into_iter().map(<T as Real>::from_f64).collect())?))
 }
 
 impl Texture {
@@ -128,7 +156,7 @@ impl Texture {
     fn looks(&self) -> Vec<Metric> {
         let n = self.history.len();
         let every = self.config.evaluations.div_ceil(LOOKS).max(1) as usize;
-        let due = n.is_multiple_of(every) || n as u64 >= self.config.evaluations;
+        let due = n.is_multiple_of(every);
         if !due {
             let names = [("normalized_discrepancy", "1"), ("genus", "1"), ("components", "1")];
             return names.map(|(name, unit)| Metric::new(name, f64::NAN, unit)).to_vec();
@@ -167,10 +195,10 @@ impl Texture {
 
 impl Run for Texture {
     fn step(&mut self) -> Result<Status> {
-        let StepInfo { energy, gradient_norm, .. } = self.flow.step()?;
+        let (StepInfo { energy, gradient_norm, .. }, stuck) = self.flow.step()?;
         self.history.push([energy, gradient_norm]);
         let n = self.history.len();
-        if n as u64 >= self.config.evaluations {
+        if stuck || self.flow.evaluations() >= self.config.evaluations {
             return Ok(Status::Done);
         }
         let before = n.checked_sub(PATIENCE).map(|before| self.history[before][0]);
@@ -198,7 +226,7 @@ impl Run for Texture {
             Metric::new("gradient_norm", gradient, "1"),
             Metric::new("mass", self.mass(), "1"),
             Metric::new("area", self.surface(false).area(), "length^2"),
-            Metric::new("evaluations", self.history.len() as f64, "1"),
+            Metric::new("evaluations", self.flow.evaluations() as f64, "1"),
         ];
         metrics.extend(self.look());
         metrics

@@ -10,7 +10,7 @@ mod precondition;
 
 pub use descent::{Descent, DescentConfig};
 pub use fast::{Fast, FastConfig};
-pub use paper::{Paper, PaperConfig};
+pub use paper::{Paper, PaperConfig, start};
 
 use solvers::{Error, Result};
 

@@ -40,6 +40,14 @@ pub struct Paper<T> {
     lines: Vec<Vec<T>>,
 }
 
+/// The published start `A = 40 dx U`, U uniform in [0, 1): components along z, y, x.
+pub fn start<T: Float>(voxels: usize, dx: f64, seed: u64) -> [Vec<T>; 3] {
+    [0, 1, 2].map(|axis| {
+        let mut stream = stream(seed, "curvature potential", axis);
+        (0..voxels).map(|_| T::from_f64(40.0 * dx * uniform(&mut stream))).collect()
+    })
+}
+
 impl<T: Float> Paper<T> {
     /// The published start, `A = 40 dx U` with U uniform in [0, 1) at each voxel.
     ///
@@ -51,12 +59,7 @@ impl<T: Float> Paper<T> {
         config: PaperConfig,
         seed: u64,
     ) -> Result<Self> {
-        let scale = 40.0 * energy.config().dx;
-        let n = energy.voxels();
-        let a = [0, 1, 2].map(|axis| {
-            let mut stream = stream(seed, "curvature potential", axis);
-            (0..n).map(|_| T::from_f64(scale * uniform(&mut stream))).collect()
-        });
+        let a = start(energy.voxels(), energy.config().dx, seed);
         Self::from_potential(energy, potential, config, a)
     }
 
