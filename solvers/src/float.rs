@@ -1,5 +1,6 @@
 //! Floats of either width in kernels that are compiled once for each.
 
+use crate::blur::Sums;
 use crate::diffusion::explicit::Real;
 
 /// `f32` or `f64` with the few functions that hot loops need, all of which compile to
@@ -7,7 +8,7 @@ use crate::diffusion::explicit::Real;
 ///
 /// Polynomials are written as sums of products, never as fused operations: these round
 /// differently where the machine has none.
-pub trait Float: Real + Default {
+pub trait Float: Real + Default + Sums {
     /// Distance from 1 to the next number.
     const EPSILON: f64;
     /// `exp(-x)` for larger x is less than half of this type's rounding of 1.

@@ -1,9 +1,10 @@
 //! A flow as a run sees it: steps, measures, checkpoints, whatever its method and precision.
 
 use super::Diagram;
+use super::energy::Scalar;
 use super::flow::{self, Fast, Paper, StepInfo};
 use crate::{Error, Result, State};
-use rustfft::FftNum;
+use solvers::spectral::Transforms;
 use solvers::{Float, mesh::TriangleMesh};
 
 /// A flow of any method and precision.
@@ -25,7 +26,7 @@ pub(super) trait Descent {
 }
 
 /// Floats that checkpoints hold.
-pub(super) trait Stored: Float + FftNum {
+pub(super) trait Stored: Scalar + Transforms {
     fn put(state: &mut State, name: &str, values: &[Self]);
     fn get(state: &State, name: &str, length: usize) -> Result<Vec<Self>>;
 }

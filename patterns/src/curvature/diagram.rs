@@ -1,9 +1,9 @@
 //! Curvature diagrams: how much of a surface has which principal curvatures.
 
-use super::energy::Energy;
+use super::energy::{Energy, Scalar};
 use crate::Result;
 use solvers::{
-    Boundary, Field, Float, Grid,
+    Boundary, Field, Grid,
     mesh::{SurfaceSamples, TriangleMesh},
     transport::{PointCloud, Sinkhorn},
 };
@@ -23,7 +23,7 @@ impl Diagram {
     ///
     /// # Errors
     /// If the mesh does not belong to `u`.
-    pub fn of<T: Float>(energy: &Energy<T>, u: &[T], mesh: &TriangleMesh) -> Result<Self> {
+    pub fn of<T: Scalar>(energy: &Energy<T>, u: &[T], mesh: &TriangleMesh) -> Result<Self> {
         let config = energy.config();
         let grid = Grid::new(&config.shape, config.dx)?;
         let zero = T::from_f64(0.0);

@@ -33,7 +33,7 @@ pub enum BlurEdges {
 
 /// Gives planes to a blur.
 pub trait Planes<T>: Sync {
-    /// Writes plane `k`, row-major. Mark it `#[inline(always)]`.
+    /// Writes plane `k`, row-major.
     fn plane(&self, k: usize, out: &mut [T]);
 }
 
@@ -42,7 +42,6 @@ pub trait Planes<T>: Sync {
 pub struct Stored<'a, T>(pub &'a [T]);
 
 impl<T: Float> Planes<T> for Stored<'_, T> {
-    #[inline(always)]
     fn plane(&self, k: usize, out: &mut [T]) {
         out.copy_from_slice(&self.0[k * out.len()..][..out.len()]);
     }
@@ -117,9 +116,12 @@ impl<T: Float> Blur<T> {
         let (axes, nx_ny) = (&self.axes, [nx, ny]);
         let parts = between.par_chunks_mut(slab * ny * nx).zip(self.work.par_iter_mut());
         parts.enumerate().for_each(|(index, (out, work))| {
-            let first = index * slab;
-            let pass = Inner::<_, _, TRANSPOSED> { axes, nx_ny, planes, first, out, work };
-            Arch::new().dispatch(pass);
+            let Work { planes: [source, turned], line } = work;
+            for (k, out) in (index * slab..).zip(out.chunks_exact_mut(ny * nx)) {
+                planes.plane(k, source);
+                let transposed = TRANSPOSED;
+                T::blur_plane(Inner { axes, nx_ny, transposed, source, turned, line, out });
+            }
         });
     }
 
@@ -128,71 +130,96 @@ impl<T: Float> Blur<T> {
         assert_eq!(out.len(), nz * ny * nx, "one number per voxel");
         let (slab, plane, axis) = (self.slab(), ny * nx, &self.axes[0]);
         out.par_chunks_mut(slab * plane).enumerate().for_each(|(index, out)| {
-            let first = index * slab;
-            Arch::new().dispatch(Outer::<_, TRANSPOSED> { axis, plane, source, first, out });
+            let (first, transposed) = (index * slab, TRANSPOSED);
+            T::blur_planes(Outer { axis, plane, transposed, source, first, out });
         });
     }
 }
 
-/// Planes of a slab, blurred along x and y.
-struct Inner<'a, T, P, const TRANSPOSED: bool> {
-    axes: &'a [Axis<T>; 3],
-    nx_ny: [usize; 2],
-    planes: &'a P,
-    first: usize,
-    out: &'a mut [T],
-    work: &'a mut Work<T>,
+/// The sums, compiled for each type once, in this crate, and for each vector unit.
+pub trait Sums: Sized {
+    #[doc(hidden)]
+    fn blur_plane(plane: Inner<'_, Self>);
+    #[doc(hidden)]
+    fn blur_planes(planes: Outer<'_, Self>);
 }
 
-impl<T: Float, P: Planes<T>, const TRANSPOSED: bool> NullaryFnOnce for Inner<'_, T, P, TRANSPOSED> {
+macro_rules! sums {
+    ($($type:ty),*) => {$(
+        impl Sums for $type {
+            fn blur_plane(plane: Inner<'_, Self>) {
+                Arch::new().dispatch(plane);
+            }
+
+            fn blur_planes(planes: Outer<'_, Self>) {
+                Arch::new().dispatch(planes);
+            }
+        }
+    )*};
+}
+
+sums!(f32, f64);
+
+/// A plane, blurred along x and y.
+#[derive(Debug)]
+pub struct Inner<'a, T> {
+    axes: &'a [Axis<T>; 3],
+    nx_ny: [usize; 2],
+    transposed: bool,
+    source: &'a [T],
+    turned: &'a mut [T],
+    line: &'a mut [T],
+    out: &'a mut [T],
+}
+
+impl<T: Float> NullaryFnOnce for Inner<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { axes: [_, along_y, along_x], nx_ny: [nx, ny], planes, first, out, work } = self;
-        let Work { planes: [source, turned], line } = work;
-        for (k, out) in (first..).zip(out.chunks_exact_mut(nx * ny)) {
-            planes.plane(k, source);
-            for (row, out) in source.chunks_exact(nx).zip(turned.chunks_exact_mut(nx)) {
-                along_x.extend(row, line);
-                let steps = Steps { source: &*line, rows: &along_x.steps, stride: 1, offset: 0 };
-                steps.sum(&along_x.taps, out);
-                if TRANSPOSED {
-                    for (i, terms) in &along_x.ends {
-                        out[*i] = terms.iter().fold(T::from_f64(0.0), |s, &(o, w)| s + w * row[o]);
-                    }
+        let Self { axes: [_, along_y, along_x], nx_ny: [nx, _], transposed, .. } = self;
+        let Self { source, turned, line, out, .. } = self;
+        for (row, out) in source.chunks_exact(nx).zip(turned.chunks_exact_mut(nx)) {
+            along_x.extend(row, line);
+            let steps = Steps { source: &*line, rows: &along_x.steps, stride: 1, offset: 0 };
+            steps.sum(&along_x.taps, out);
+            if transposed {
+                for (i, terms) in &along_x.ends {
+                    out[*i] = terms.iter().fold(T::from_f64(0.0), |s, &(o, w)| s + w * row[o]);
                 }
             }
-            for (j, out) in out.chunks_exact_mut(nx).enumerate() {
-                let rows = along_y.rows(j);
-                let steps = Steps { source: &*turned, rows, stride: nx, offset: 0 };
-                steps.sum(&along_y.taps, out);
-            }
-            if TRANSPOSED {
-                for (j, terms) in &along_y.ends {
-                    let row = |o: usize| &turned[o * nx..][..nx];
-                    weighted(terms, row, &mut out[j * nx..][..nx]);
-                }
+        }
+        for (j, out) in out.chunks_exact_mut(nx).enumerate() {
+            let rows = along_y.rows(j);
+            let steps = Steps { source: &*turned, rows, stride: nx, offset: 0 };
+            steps.sum(&along_y.taps, out);
+        }
+        if transposed {
+            for (j, terms) in &along_y.ends {
+                let row = |o: usize| &turned[o * nx..][..nx];
+                weighted(terms, row, &mut out[j * nx..][..nx]);
             }
         }
     }
 }
 
 /// Planes of a slab, blurred along z.
-struct Outer<'a, T, const TRANSPOSED: bool> {
+#[derive(Debug)]
+pub struct Outer<'a, T> {
     axis: &'a Axis<T>,
     plane: usize,
+    transposed: bool,
     source: &'a [T],
     first: usize,
     out: &'a mut [T],
 }
 
-impl<T: Float, const TRANSPOSED: bool> NullaryFnOnce for Outer<'_, T, TRANSPOSED> {
+impl<T: Float> NullaryFnOnce for Outer<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { axis, plane, source, first, out } = self;
+        let Self { axis, plane, transposed, source, first, out } = self;
         for start in (0..plane).step_by(STRETCH) {
             let len = STRETCH.min(plane - start);
             for (k, out) in (first..).zip(out.chunks_exact_mut(plane)) {
@@ -200,7 +227,7 @@ impl<T: Float, const TRANSPOSED: bool> NullaryFnOnce for Outer<'_, T, TRANSPOSED
                 steps.sum(&axis.taps, &mut out[start..][..len]);
             }
         }
-        if TRANSPOSED {
+        if transposed {
             let planes = out.len() / plane;
             for (k, terms) in &axis.ends {
                 if (first..first + planes).contains(k) {

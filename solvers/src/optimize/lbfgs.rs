@@ -57,6 +57,9 @@ pub struct Lbfgs<T> {
     trial_gradient: Vec<T>,
 }
 
+/// Multiplies in place.
+type Apply<'a, T> = &'a mut dyn FnMut(&mut [T]);
+
 impl<T: Float> Lbfgs<T> {
     /// Starts at `x`.
     ///
@@ -117,7 +120,7 @@ impl<T: Float> Lbfgs<T> {
     pub fn step(
         &mut self,
         mut evaluate: impl FnMut(&[T], &mut [T]) -> f64,
-        mut precondition: Option<&mut dyn FnMut(&mut [T])>,
+        mut precondition: Option<Apply<'_, T>>,
     ) -> Result<LbfgsStep> {
         let mut evaluations = 0;
         let value = match self.value {
@@ -157,7 +160,7 @@ impl<T: Float> Lbfgs<T> {
     }
 
     /// The two-loop recursion; returns the slope along the direction.
-    fn find_direction(&mut self, precondition: &mut Option<&mut dyn FnMut(&mut [T])>) -> f64 {
+    fn find_direction(&mut self, precondition: &mut Option<Apply<'_, T>>) -> f64 {
         let d = &mut self.direction;
         d.par_iter_mut().zip(&self.gradient).for_each(|(d, &g)| *d = -g);
         let mut alphas = Vec::with_capacity(self.pairs.len());

@@ -14,7 +14,7 @@ mod symbol;
 mod transform;
 
 pub use angular::AngularSpectrum;
-pub use multiplier::Multiplier;
+pub use multiplier::{Multiplier, Transforms};
 pub use radial::{RadialSpectrum, Window};
 pub use symbol::{LaplacianSymbol, LinearPart};
 pub use transform::Transform;

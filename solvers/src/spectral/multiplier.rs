@@ -36,6 +36,26 @@ impl<T: FftNum> std::fmt::Debug for Multiplier<T> {
     }
 }
 
+/// Floats whose transforms are compiled in this crate: generic code that made its own plans
+/// would be compiled with the whole library of transforms, wherever it is used.
+pub trait Transforms: FftNum {
+    /// The forward and the inverse transform of `n` numbers, without factors.
+    fn plans(n: usize) -> [Arc<dyn Fft<Self>>; 2];
+}
+
+macro_rules! transforms {
+    ($($type:ty),*) => {$(
+        impl Transforms for $type {
+            fn plans(n: usize) -> [Arc<dyn Fft<Self>>; 2] {
+                let mut planner = FftPlanner::new();
+                [planner.plan_fft_forward(n), planner.plan_fft_inverse(n)]
+            }
+        }
+    )*};
+}
+
+transforms!(f32, f64);
+
 /// Buffers of one worker.
 struct Buffers<T> {
     line: Vec<Complex<T>>,
@@ -44,7 +64,7 @@ struct Buffers<T> {
     scratch: Vec<Complex<T>>,
 }
 
-impl<T: Float + FftNum> Multiplier<T> {
+impl<T: Float + Transforms> Multiplier<T> {
     /// For fields of `shape` `[nz, ny, nx]`; `symbol([kz, ky, kx])` with the wave numbers in
     /// radians per voxel, in [0, pi] along x and [0, 2 pi) along z and y, where it must be
     /// even about pi.
@@ -57,8 +77,7 @@ impl<T: Float + FftNum> Multiplier<T> {
         if voxels == 0 {
             return Err(Error::Invalid(format!("shape {shape:?} has an axis of 0 voxels")));
         }
-        let mut planner = FftPlanner::new();
-        let plans = shape.map(|n| [planner.plan_fft_forward(n), planner.plan_fft_inverse(n)]);
+        let plans = shape.map(T::plans);
         let half = nx / 2 + 1;
         let angle = |m: usize, n: usize| std::f64::consts::TAU * m as f64 / n as f64;
         let at = |i: usize| {
@@ -118,15 +137,15 @@ impl<T: Float + FftNum> Multiplier<T> {
         let half = nx / 2 + 1;
         for (pair, out) in field.chunks(2 * nx).zip(b.half.chunks_mut(2 * half)) {
             let (x, y) = pair.split_at(nx);
-            for i in 0..nx {
-                b.line[i] = Complex::new(x[i], y.get(i).copied().unwrap_or(T::zero()));
+            for (i, (line, &x)) in b.line.iter_mut().zip(x).enumerate() {
+                *line = Complex::new(x, y.get(i).copied().unwrap_or(T::zero()));
             }
             self.plans[2][0].process_with_scratch(&mut b.line, &mut b.scratch);
             let two = T::one() + T::one();
             let (first, second) = out.split_at_mut(half);
-            for m in 0..half {
+            for (m, first) in first.iter_mut().enumerate() {
                 let (p, q) = (b.line[m], b.line[(nx - m) % nx].conj());
-                first[m] = (p + q) / two;
+                *first = (p + q) / two;
                 if let Some(second) = second.get_mut(m) {
                     let d = (p - q) / two;
                     *second = Complex::new(d.im, -d.re);
@@ -179,8 +198,8 @@ impl<T: Float + FftNum> Multiplier<T> {
             for (pair, out) in b.half.chunks(2 * half).zip(out.chunks_mut(2 * nx)) {
                 let (first, second) = pair.split_at(half);
                 let zero = Complex::new(T::zero(), T::zero());
-                for m in 0..half {
-                    let (p, q) = (first[m], second.get(m).copied().unwrap_or(zero));
+                for (m, &p) in first.iter().enumerate() {
+                    let q = second.get(m).copied().unwrap_or(zero);
                     if m > 0 {
                         b.line[nx - m] = Complex::new(p.re + q.im, q.re - p.im);
                     }

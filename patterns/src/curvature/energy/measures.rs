@@ -1,11 +1,10 @@
 //! What is measured in a phase field besides its energy.
 
-use super::Energy;
 use super::local::{Invariants, Jet, invariants, root};
+use super::{Energy, Scalar};
 use rayon::prelude::*;
-use solvers::Float;
 
-impl<T: Float> Energy<T> {
+impl<T: Scalar> Energy<T> {
     /// Diffuse principal curvatures `kappa_1,2 = (T +- S) / (2 eps n)` (1/length), greater and
     /// lesser, of shape `[nz, ny, nx]`. Song 2021, eqs. (17), (18).
     ///

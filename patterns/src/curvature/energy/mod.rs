@@ -205,7 +205,7 @@ pub struct Energy<T> {
     planes: Vec<f64>,
 }
 
-impl<T: Float> Energy<T> {
+impl<T: Scalar> Energy<T> {
     /// # Errors
     /// If a number is out of its range or a map has another shape.
     pub fn new(config: EnergyConfig) -> Result<Self> {
@@ -260,7 +260,7 @@ impl<T: Float> Energy<T> {
         let job = Job { shape: self.config.shape, edges, k: self.k, source: &self.source, u };
         let run = |index: usize, energies: &mut [f64], gradient: &mut [T], work: &mut Work<T>| {
             let task = Task { job: &job, first: index * slab, energies, gradient, work };
-            Arch::new().dispatch(task);
+            T::densities(task);
         };
         let energies = self.planes.par_chunks_mut(slab);
         let work = self.work.par_iter_mut();
@@ -279,8 +279,44 @@ impl<T: Float> Energy<T> {
     }
 }
 
-/// A slab, compiled for the machine's vector unit.
-struct Task<'a, 'b, T> {
+/// Floats for which the energy is compiled: once each, in this crate.
+pub trait Scalar: Float {
+    #[doc(hidden)]
+    fn densities(task: Task<'_, '_, Self>);
+}
+
+impl Scalar for f32 {
+    fn densities(task: Task<'_, '_, Self>) {
+        // Maps and directions do without the widest vectors: the compiler's time is longer
+        // than what they gain.
+        match (task.job.source, Arch::new()) {
+            (Source::Uniform(_), arch) => arch.dispatch(Uniform(task)),
+            (Source::Fields(_), _) => narrow(General(task)),
+        }
+    }
+}
+
+impl Scalar for f64 {
+    fn densities(task: Task<'_, '_, Self>) {
+        match task.job.source {
+            Source::Uniform(_) => narrow(Uniform(task)),
+            Source::Fields(_) => narrow(General(task)),
+        }
+    }
+}
+
+/// At most 256-bit vectors.
+fn narrow<F: NullaryFnOnce>(f: F) -> F::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return simd.vectorize(f);
+    }
+    f.call()
+}
+
+/// A slab of planes.
+#[allow(missing_debug_implementations, reason = "it lives for a call")]
+pub struct Task<'a, 'b, T> {
     job: &'a Job<'b, T>,
     first: usize,
     energies: &'a mut [f64],
@@ -288,15 +324,28 @@ struct Task<'a, 'b, T> {
     work: &'a mut Work<T>,
 }
 
-impl<T: Float> NullaryFnOnce for Task<'_, '_, T> {
+/// A slab without maps or directions.
+struct Uniform<'a, 'b, T>(Task<'a, 'b, T>);
+
+/// Any slab.
+struct General<'a, 'b, T>(Task<'a, 'b, T>);
+
+impl<T: Float> NullaryFnOnce for Uniform<'_, '_, T> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { job, first, energies, gradient, work } = self;
-        match job.source {
-            Source::Uniform(_) => job.run::<{ row::UNIFORM }>(first, energies, gradient, work),
-            Source::Fields(_) => job.run::<{ row::GENERAL }>(first, energies, gradient, work),
-        }
+        let Task { job, first, energies, gradient, work } = self.0;
+        job.run::<{ row::UNIFORM }>(first, energies, gradient, work);
+    }
+}
+
+impl<T: Float> NullaryFnOnce for General<'_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Task { job, first, energies, gradient, work } = self.0;
+        job.run::<{ row::GENERAL }>(first, energies, gradient, work);
     }
 }

@@ -136,10 +136,7 @@ fn take_roots<T: Float>(k: &Constants<T>, roots: &mut [[T; CHUNK]; 2]) {
     let zero = T::from_f64(0.0);
     let d = roots[0];
     let (mut s, mut ds) = ([zero; CHUNK], [zero; CHUNK]);
-    let mut near = false;
-    for i in 0..CHUNK {
-        near |= d[i].abs() < k.sharp;
-    }
+    let near = d.iter().fold(false, |near, d| near | (d.abs() < k.sharp));
     if near {
         for i in 0..CHUNK {
             (s[i], ds[i]) = root(d[i], k);

@@ -3,13 +3,13 @@
 use super::StepInfo;
 use super::precondition::preconditioner;
 use crate::curvature::Mask;
-use crate::curvature::energy::{Edges, Energy};
+use crate::curvature::energy::{Edges, Energy, Scalar};
 use rayon::prelude::*;
-use rustfft::FftNum;
 use solvers::blur::{Blur, BlurEdges, Stored};
 use solvers::optimize::{Lbfgs, LbfgsConfig};
 use solvers::spectral::Multiplier;
-use solvers::{Error, Float, Result, diffusion::explicit::Real, field};
+use solvers::spectral::Transforms;
+use solvers::{Error, Result, diffusion::explicit::Real, field};
 
 /// Constants of the L2 flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +36,7 @@ impl Default for DescentConfig {
 /// L-BFGS on v with `u = k * v` or `u = v`. Song 2021, algorithm 2; here the line search never
 /// lets the energy rise.
 #[derive(Debug)]
-pub struct Descent<T: FftNum> {
+pub struct Descent<T: Transforms> {
     config: DescentConfig,
     solver: Lbfgs<T>,
     function: Function<T>,
@@ -58,7 +58,7 @@ struct Function<T> {
     between: Vec<T>,
 }
 
-impl<T: Float + FftNum> Descent<T> {
+impl<T: Scalar + Transforms> Descent<T> {
     /// Starts at `v`.
     ///
     /// # Errors
@@ -170,7 +170,7 @@ impl<T: Float + FftNum> Descent<T> {
     }
 }
 
-impl<T: Float> Function<T> {
+impl<T: Scalar> Function<T> {
     fn phase(&mut self, v: &[T]) {
         match &mut self.blur {
             Some(blur) => blur.apply(&Stored(v), &mut self.between, &mut self.u),
@@ -196,7 +196,7 @@ impl<T: Float> Function<T> {
 }
 
 /// Takes out the part of `d` that changes the mean of u.
-fn project<T: Float>(mean: &Option<Vec<T>>, d: &mut [T]) {
+fn project<T: Scalar>(mean: &Option<Vec<T>>, d: &mut [T]) {
     let Some(mean) = mean else { return };
     // Twice: in f32 the first leaves a rounding of the whole.
     for _ in 0..2 {
@@ -211,7 +211,7 @@ fn project<T: Float>(mean: &Option<Vec<T>>, d: &mut [T]) {
 }
 
 /// Sum of `f` over all values.
-fn total<T: Float>(values: &[T], f: impl Fn(f64) -> f64 + Sync) -> f64 {
+fn total<T: Scalar>(values: &[T], f: impl Fn(f64) -> f64 + Sync) -> f64 {
     let values: Vec<f64> = values.iter().map(|v| v.to_f64()).collect();
     field::sum(&values, f)
 }

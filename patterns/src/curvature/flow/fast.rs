@@ -3,13 +3,13 @@
 use super::StepInfo;
 use super::precondition::preconditioner;
 use crate::curvature::Mask;
-use crate::curvature::energy::Energy;
+use crate::curvature::energy::{Energy, Scalar};
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
-use rustfft::FftNum;
+use solvers::Result;
 use solvers::optimize::{Adam, AdamConfig};
 use solvers::spectral::Multiplier;
-use solvers::{Float, Result};
+use solvers::spectral::Transforms;
 
 /// Variables that are updated together.
 const PART: usize = 4096;
@@ -35,7 +35,7 @@ impl Default for FastConfig {
 /// Adam on y, with `u = u0 + h^(-1/2) y` (`precondition.rs`): all wave lengths fall about as
 /// fast, and the mean of u stays that of u0 to rounding. Three fields of state.
 #[derive(Debug)]
-pub struct Fast<T: FftNum> {
+pub struct Fast<T: Transforms> {
     config: FastConfig,
     energy: Energy<T>,
     root: Multiplier<T>,
@@ -50,7 +50,7 @@ pub struct Fast<T: FftNum> {
     norms: Vec<f64>,
 }
 
-impl<T: Float + FftNum> Fast<T> {
+impl<T: Scalar + Transforms> Fast<T> {
     /// Starts at `u0`.
     ///
     /// # Errors
@@ -165,7 +165,7 @@ struct Update<'a, T> {
     gradient: &'a [T],
 }
 
-impl<T: Float> NullaryFnOnce for Update<'_, T> {
+impl<T: Scalar> NullaryFnOnce for Update<'_, T> {
     type Output = f64;
 
     #[inline(always)]

@@ -1,14 +1,14 @@
 //! The published flow: Adam on the vector potential.
 
 use super::StepInfo;
-use crate::curvature::energy::Energy;
+use crate::curvature::energy::{Energy, Scalar};
 use crate::curvature::{Mask, Potential};
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
+use solvers::Result;
 use solvers::optimize::{Adam, AdamConfig};
 use solvers::random::{stream, uniform};
 use solvers::slab::planes_per_slab;
-use solvers::{Float, Result};
 
 /// Constants of the published flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,14 +41,14 @@ pub struct Paper<T> {
 }
 
 /// The published start `A = 40 dx U`, U uniform in [0, 1): components along z, y, x.
-pub fn start<T: Float>(voxels: usize, dx: f64, seed: u64) -> [Vec<T>; 3] {
+pub fn start<T: Scalar>(voxels: usize, dx: f64, seed: u64) -> [Vec<T>; 3] {
     [0, 1, 2].map(|axis| {
         let mut stream = stream(seed, "curvature potential", axis);
         (0..voxels).map(|_| T::from_f64(40.0 * dx * uniform(&mut stream))).collect()
     })
 }
 
-impl<T: Float> Paper<T> {
+impl<T: Scalar> Paper<T> {
     /// The published start, `A = 40 dx U` with U uniform in [0, 1) at each voxel.
     ///
     /// # Errors
@@ -209,7 +209,7 @@ struct Update<'a, T> {
     line: &'a mut [T],
 }
 
-impl<T: Float> NullaryFnOnce for Update<'_, T> {
+impl<T: Scalar> NullaryFnOnce for Update<'_, T> {
     type Output = ();
 
     #[inline(always)]

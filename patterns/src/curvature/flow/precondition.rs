@@ -1,9 +1,9 @@
 //! The spectral preconditioner of curvature energies.
 
-use crate::curvature::energy::{Edges, EnergyConfig, Spatial};
-use rustfft::FftNum;
+use crate::curvature::energy::{Edges, EnergyConfig, Scalar, Spatial};
+use solvers::spectral::Transforms;
 use solvers::spectral::{LaplacianSymbol, Multiplier};
-use solvers::{Error, Float, Result};
+use solvers::{Error, Result};
 
 /// `h(lambda)^power` without the mean, where
 /// `h = dx^3 ((a20 + a02) / eps (eps lambda + beta / eps)^2 + 2 max(c, 0) eps lambda)`
@@ -12,7 +12,7 @@ use solvers::{Error, Float, Result};
 ///
 /// # Errors
 /// If the box is not periodic, or a20 + a02 is nowhere positive.
-pub(super) fn preconditioner<T: Float + FftNum>(
+pub(super) fn preconditioner<T: Scalar + Transforms>(
     energy: &EnergyConfig,
     beta: f64,
     power: f64,

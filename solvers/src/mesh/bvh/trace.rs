@@ -113,17 +113,17 @@ fn walk(bvh: &Bvh, ray: &Ray, visit: &mut impl Visit) {
         let node = &bvh.nodes[child as usize];
         let entries = entries(node, ray, inverse, reach);
         let first = waiting;
-        for lane in 0..WIDTH {
-            if entries[lane] == f32::INFINITY {
+        for (&child, entry) in node.children.iter().zip(entries) {
+            if entry == f32::INFINITY {
                 continue;
             }
             // The nearest on top.
             let mut at = waiting;
-            while at > first && stack[at - 1].1 < entries[lane] {
+            while at > first && stack[at - 1].1 < entry {
                 stack[at] = stack[at - 1];
                 at -= 1;
             }
-            stack[at] = (node.children[lane], entries[lane]);
+            stack[at] = (child, entry);
             waiting += 1;
         }
     }
