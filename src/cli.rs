@@ -8,6 +8,7 @@ mod figure;
 mod level_set;
 mod list;
 mod rd;
+mod render;
 mod run;
 mod run_args;
 mod topopt;
@@ -43,6 +44,7 @@ enum Command {
     Run(Box<run::Args>),
     List(list::Args),
     Figure(figure::Args),
+    Render(Box<render::Args>),
     Convert(convert::Args),
     Bench(bench::Args),
     /// Print a completion script for a shell.
@@ -92,6 +94,7 @@ fn dispatch(command: Command) -> Result<ExitCode> {
         Command::Run(args) => run::main(&args),
         Command::List(args) => list::main(&args),
         Command::Figure(args) => figure::main(&args),
+        Command::Render(args) => render::main(&args),
         Command::Convert(args) => convert::main(&args),
         Command::Bench(args) => bench::main(&args),
         Command::Completions { shell } => {

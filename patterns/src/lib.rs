@@ -18,7 +18,9 @@ pub mod topology;
 
 pub(crate) use config::{check_memory, from_table, to_table};
 
-pub use artifact::{Artifact, Axis, Colors, Image, Mark, Metric, Plot, Series, Stroke};
+pub use artifact::{
+    Artifact, Axis, Colors, Image, Mark, Metric, Plot, Series, Stroke, Surface, SurfaceValues,
+};
 pub use error::{Error, Result};
 pub use model::{Context, Inputs, Model, NoInputs, Preset, Run, Status};
 pub use state::{State, Values};
