@@ -7,13 +7,15 @@ use super::flow::{self, DescentConfig, Fast, FastConfig, Paper, PaperConfig, Ste
 use super::{Mask, Potential, presets, start, view, written};
 use crate::{Artifact, Context, Error, Image, Metric, Result, Run, State, Status};
 use solvers::{
-    Field, Grid, diffusion::explicit::Real, isosurface::Caps, mesh::TriangleMesh,
+    Field, Grid,
+    diffusion::explicit::Real,
+    isosurface::{self, Caps},
     optimize::AdamConfig,
 };
 use std::cell::RefCell;
 
 /// Looks at discrepancy, genus and the like in a whole run.
-const LOOKS: u64 = 40;
+const LOOKS: u64 = 12;
 
 /// Evaluations over which the change of the energy is compared with the tolerance.
 const PATIENCE: usize = 50;
@@ -133,7 +135,7 @@ fn mask<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Option<Mask
 
 impl Texture {
     /// The surface, closed at the box's faces or open.
-    fn surface(&self, closed: bool) -> TriangleMesh {
+    fn surface(&self, closed: bool) -> isosurface::Surface {
         let caps = match (self.config.boundary, closed) {
             (Boundary::Periodic, false) => Caps::Periodic,
             (Boundary::Periodic, true) => Caps::PeriodicClosed,
@@ -141,6 +143,12 @@ impl Texture {
             (_, true) => Caps::Closed,
         };
         view::surface(self.phase(), self.config.level, caps)
+    }
+
+    /// Lengths of the box along x, y, z.
+    fn size(&self) -> [f64; 3] {
+        let [nz, ny, nx] = self.grid.shape().map(|n| n as f64 * self.config.spacing);
+        [nx, ny, nz]
     }
 
     fn phase(&self) -> Field {
@@ -173,11 +181,10 @@ impl Texture {
     }
 
     fn look(&self) -> Vec<Metric> {
-        let [nz, ny, nx] = self.grid.shape().map(|n| n as f64 * self.config.spacing);
         let mesh = if self.config.boundary == Boundary::Periodic {
-            self.surface(false).on_torus([nx, ny, nz])
+            self.surface(false).mesh.on_torus(self.size())
         } else {
-            self.surface(true)
+            self.surface(true).mesh
         };
         let genus = mesh.genus().map_or(f64::NAN, |genus| genus as f64);
         vec![
@@ -225,7 +232,7 @@ impl Run for Texture {
             Metric::new("energy", energy, "1"),
             Metric::new("gradient_norm", gradient, "1"),
             Metric::new("mass", self.mass(), "1"),
-            Metric::new("area", self.surface(false).area(), "length^2"),
+            Metric::new("area", self.surface(false).mesh.area(), "length^2"),
             Metric::new("evaluations", self.flow.evaluations() as f64, "1"),
         ];
         metrics.extend(self.look());
@@ -242,9 +249,9 @@ impl Run for Texture {
 
     fn artifacts(&self) -> Vec<Artifact> {
         let phase = self.phase();
-        let open = self.surface(false);
+        let open = self.surface(false).mesh;
         let mut artifacts = vec![
-            Artifact::Mesh { name: "shape".into(), mesh: self.surface(true) },
+            view::shape(self.surface(true), self.size()),
             view::phase(&phase),
             view::history(&self.history),
         ];

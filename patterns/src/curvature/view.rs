@@ -1,11 +1,10 @@
 //! What a texture looks like.
 
 use super::Diagram;
-use crate::{Artifact, Axis, Colors, Image, Mark, Plot, Series};
+use crate::{Artifact, Axis, Colors, Image, Mark, Plot, Series, Surface};
 use solvers::{
     Field, Grid,
     isosurface::{self, Caps},
-    mesh::TriangleMesh,
 };
 
 /// Curvatures beyond these are left out of the picture, as in the paper (1/length).
@@ -17,12 +16,23 @@ const DOTS: usize = 6000;
 /// The first part of the history, which would hide the rest, is cut off above.
 const SETTLED: usize = 20;
 
-/// Surface `u = level`, outward from `u > level` (lengths).
-pub(super) fn surface(phase: Field, level: f64, caps: Caps) -> TriangleMesh {
+/// Surface `u = level`, outward from `u > level` (lengths), with its caps marked.
+pub(super) fn surface(phase: Field, level: f64, caps: Caps) -> isosurface::Surface {
     let mut phi = phase;
     phi.as_mut_slice().iter_mut().for_each(|u| *u = level - *u);
     // Boxes of three axes always have a surface, if only an empty one.
-    isosurface::triangulate(&phi, 0.0, caps).unwrap_or_default()
+    isosurface::surface(&phi, 0.0, caps).unwrap_or_default()
+}
+
+/// The shape in its box: beige, dark where the box cuts it.
+pub(super) fn shape(surface: isosurface::Surface, size: [f64; 3]) -> Artifact {
+    Artifact::Surface(Surface {
+        name: "shape".into(),
+        mesh: surface.mesh,
+        caps: surface.caps,
+        frame: Some([[0.0; 3], size]),
+        ..Surface::default()
+    })
 }
 
 /// The phase: a slice, and all numbers.
