@@ -3,7 +3,7 @@
 #![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 use lab::output::npy;
-use patterns::curvature::energy::{Edges, Energy, EnergyConfig, Orientation, Spatial};
+use patterns::curvature::energy::{Edges, Energy, EnergyConfig, Orientation, Scalar, Spatial};
 use patterns::curvature::flow::{Descent, DescentConfig, Fast, FastConfig, Paper, PaperConfig};
 use patterns::curvature::{Coefficients, Mask, Potential};
 use solvers::Float;
@@ -66,7 +66,7 @@ fn error<T: Float>(actual: &[T], expected: &[f64]) -> f64 {
     pairs.fold(0.0_f64, |most, (a, e)| most.max((a.to_f64() - e).abs())) / largest
 }
 
-fn energy<T: Float>(case: &Case) -> Energy<T> {
+fn energy<T: Scalar>(case: &Case) -> Energy<T> {
     let coefficients = Coefficients::from(case.coefficients);
     Energy::new(EnergyConfig::new(SHAPE, 0.01, 0.02, coefficients)).unwrap()
 }
