@@ -122,14 +122,4 @@ impl Camera {
         let width = 2.0 * self.half[0] / self.size[0] as f32;
         if self.perspective { width * distance } else { width }
     }
-
-    /// Where a point is in the picture, pixels.
-    #[cfg(test)]
-    pub(super) fn project(&self, p: V) -> [f32; 2] {
-        let q = sub(p, self.eye);
-        let depth = if self.perspective { -dot(q, self.back) } else { 1.0 };
-        let [u, v] = [dot(q, self.right), dot(q, self.up)].map(|c| c / depth);
-        let [w, h] = self.size.map(|n| n as f32);
-        [0.5 * w * (1.0 + u / self.half[0]), 0.5 * h * (1.0 - v / self.half[1])]
-    }
 }

@@ -123,9 +123,9 @@ impl Stage {
 
 /// Normals at the corners of triangles; corners at equal places are one.
 fn smooth(mesh: &TriangleMesh) -> Vec<[V; 3]> {
-    let welded = mesh.weld();
-    // Triangles without area are dropped there.
-    let shared = if welded.triangles.len() == mesh.triangles.len() { &welded } else { mesh };
+    let first = mesh.first_at_place();
+    let triangles = mesh.triangles.iter().map(|t| t.map(|v| first[v as usize])).collect();
+    let shared = TriangleMesh { vertices: mesh.vertices.clone(), triangles };
     let normals = shared.corner_normals(CREASE.to_radians());
     normals.into_par_iter().map(|c| c.map(|n| n.map(|v| v as f32))).collect()
 }

@@ -3,10 +3,8 @@
 use super::{TriangleMesh, dot, unit};
 
 impl TriangleMesh {
-    /// The same triangles with equal corners shared; vertices keep the order of their first
-    /// use, unused ones are dropped, and triangles that have a corner twice too.
-    #[must_use]
-    pub fn weld(&self) -> Self {
+    /// For each vertex the first one at the same place that a triangle uses; 0 for unused ones.
+    pub fn first_at_place(&self) -> Vec<u32> {
         let mut order: Vec<u32> = self.triangles.as_flattened().to_vec();
         order.sort_unstable();
         order.dedup();
@@ -17,6 +15,14 @@ impl TriangleMesh {
         for same in order.chunk_by(|&a, &b| key(a) == key(b)) {
             same.iter().for_each(|&v| first[v as usize] = same[0]);
         }
+        first
+    }
+
+    /// The same triangles with equal corners shared; vertices keep the order of their first
+    /// use, unused ones are dropped, and triangles that have a corner twice too.
+    #[must_use]
+    pub fn weld(&self) -> Self {
+        let first = self.first_at_place();
         let mut mesh = Self::default();
         let mut number = vec![u32::MAX; self.vertices.len()];
         for triangle in &self.triangles {

@@ -65,10 +65,10 @@ pub(super) fn build(mesh: &TriangleMesh) -> Bvh {
             items.push(Item { triangle: n, bounds });
         }
     }
-    let mut bvh = Bvh { nodes: Vec::new(), leaves: Vec::new(), root: NOTHING };
+    let mut bvh = Bvh { nodes: Vec::new(), leaves: Vec::new(), root: NOTHING, depth: 0 };
     if !items.is_empty() {
         let tree = grow(&mut items, 0);
-        bvh.root = lay_out(tree, &mut bvh, &|n| corners(&mesh.triangles[n as usize]));
+        bvh.root = lay_out(tree, 0, &mut bvh, &|n| corners(&mesh.triangles[n as usize]));
     }
     bvh
 }
@@ -164,7 +164,13 @@ fn leaves(count: usize) -> f32 {
 }
 
 /// Moves a tree into the arrays, depth first.
-fn lay_out(tree: Tree, bvh: &mut Bvh, corners: &impl Fn(u32) -> [[f32; 3]; 3]) -> Child {
+fn lay_out(
+    tree: Tree,
+    depth: usize,
+    bvh: &mut Bvh,
+    corners: &impl Fn(u32) -> [[f32; 3]; 3],
+) -> Child {
+    bvh.depth = bvh.depth.max(depth);
     match tree {
         Tree::Leaf(triangles) => {
             let mut leaf =
@@ -187,7 +193,7 @@ fn lay_out(tree: Tree, bvh: &mut Bvh, corners: &impl Fn(u32) -> [[f32; 3]; 3]) -
                 children: [NOTHING; WIDTH],
             });
             for (lane, (bounds, part)) in parts.into_iter().enumerate() {
-                let child = lay_out(part, bvh, corners);
+                let child = lay_out(part, depth + 1, bvh, corners);
                 let node = &mut bvh.nodes[at];
                 node.children[lane] = child;
                 for axis in 0..3 {

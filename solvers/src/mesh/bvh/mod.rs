@@ -23,6 +23,8 @@ pub struct Bvh {
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
     root: Child,
+    /// Most nodes on the way to a leaf.
+    depth: usize,
 }
 
 /// Half a line.

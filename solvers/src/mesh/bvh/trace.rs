@@ -2,9 +2,10 @@
 
 use super::{Bvh, Hit, LEAF, Lanes, Leaf, NOTHING, Node, Ray, WIDTH};
 
-/// Children that wait: seven a level, of which there are at most [`super::build::UNEVEN`] and
-/// the 11 of 2^31 triangles split in halves.
+/// Children that wait, at most: seven a level, of which there are [`super::build::UNEVEN`] and
+/// the 11 of 2^31 triangles split in halves. A short stack is quicker to set up.
 const STACK: usize = 160;
+const SHORT: usize = 64;
 /// Boxes are met by rays that miss them by this much of their distance: three roundings.
 const SLACK: f32 = 4.0 * f32::EPSILON;
 
@@ -90,12 +91,21 @@ impl pulp::NullaryFnOnce for Any<'_> {
 /// Shows `visit` the leaves whose boxes the ray meets, nearest children first.
 #[inline(always)]
 fn walk(bvh: &Bvh, ray: &Ray, visit: &mut impl Visit) {
+    if 7 * bvh.depth < SHORT {
+        follow::<SHORT>(bvh, ray, visit)
+    } else {
+        follow::<STACK>(bvh, ray, visit)
+    }
+}
+
+#[inline(always)]
+fn follow<const ROOM: usize>(bvh: &Bvh, ray: &Ray, visit: &mut impl Visit) {
     // A direction without a component along an axis: its infinite inverse makes NaN on a
     // face of a box, which `f32::max` ignores.
     let [dx, dy, dz] = ray.direction;
     let inverse = [1.0 / dx, 1.0 / dy, 1.0 / dz];
     let mut reach = ray.reach;
-    let mut stack = [(bvh.root, 0.0_f32); STACK];
+    let mut stack = [(bvh.root, 0.0_f32); ROOM];
     let mut waiting = usize::from(bvh.root != NOTHING);
     while waiting > 0 {
         waiting -= 1;
