@@ -288,7 +288,8 @@ fn axes_and_origin_do_not_matter() {
 #[test]
 fn energies_of_surfaces_converge() {
     let line = 2.0_f64.sqrt();
-    let surfaces: [(&str, f64, fn([f64; 3]) -> f64); 2] = [
+    type Distance = fn([f64; 3]) -> f64;
+    let surfaces: [(&str, f64, Distance); 2] = [
         ("sphere", 16.0 * PI, |[x, y, z]| 0.3 - (x * x + y * y + z * z).sqrt()),
         ("torus", 8.0 * PI * PI, |[x, y, z]| {
             0.16 - ((x.hypot(y) - 0.16 * 2.0_f64.sqrt()).powi(2) + z * z).sqrt()

@@ -28,8 +28,8 @@ pub fn write(volume: &Volume, out: &mut impl Write) -> Result<()> {
     let count = volume.values.len().max(1) as f64;
     let mean = volume.values.iter().sum::<f64>() / count;
     let variance = volume.values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count;
-    for axis in 0..3 {
-        let size = i32::try_from(sizes[axis])?;
+    for (axis, size) in sizes.into_iter().enumerate() {
+        let size = i32::try_from(size)?;
         put(4 * axis, size.to_le_bytes());
         put(28 + 4 * axis, size.to_le_bytes());
         put(40 + 4 * axis, (volume.spacing[axis] as f32 * size as f32).to_le_bytes());

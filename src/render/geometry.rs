@@ -112,10 +112,11 @@ impl Stage {
         // Onto the round surface that the normals tell of: no shadows in the shape of
         // triangles where light grazes (Hanika 2021, "Hacking the shadow terminator").
         let mut lifted = along(point, 3e-4 * side, flat);
-        for corner in 0..3 {
-            let m = scale(self.normals[n][corner], side);
-            let below = dot(sub(point, corners[corner]), m).min(0.0);
-            lifted = along(lifted, -below * hit.weights[corner], m);
+        for ((&normal, &corner), &weight) in self.normals[n].iter().zip(&corners).zip(&hit.weights)
+        {
+            let m = scale(normal, side);
+            let below = dot(sub(point, corner), m).min(0.0);
+            lifted = along(lifted, -below * weight, m);
         }
         Spot { point, lifted, normal, albedo }
     }
