@@ -109,9 +109,9 @@ mod tests {
             samples.sky(class, n).map(|(d, _)| super::super::vector::dot(d, n)).sum::<f32>()
         };
         let each: Vec<f32> = (0..CLASSES).map(|c| cosine(c) / SAMPLES as f32).collect();
-        assert!(each.iter().all(|m| (m - 2.0 / 3.0).abs() < 0.09), "{each:?}");
+        // The cosine's deviation is 0.24: eight independent samples are .083 off, 128 are .02.
+        assert!(each.iter().all(|m| (m - 2.0 / 3.0).abs() < 0.12), "{each:?}");
         let mean = each.iter().sum::<f32>() / CLASSES as f32;
-        // Independent samples: 0.24 / sqrt(128) = .02.
-        assert!((mean - 2.0 / 3.0).abs() < 0.004, "{mean}");
+        assert!((mean - 2.0 / 3.0).abs() < 0.01, "{mean}");
     }
 }

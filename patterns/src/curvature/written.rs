@@ -11,10 +11,7 @@ pub(super) fn coefficients(config: &Config) -> Result<Coefficients> {
         (Some(a), _, _) => Ok(a.into()),
         (None, Some(squares), _) => Ok(squares.into()),
         (None, None, Some(along)) => Ok(along.stops[0].coefficients.into()),
-        (None, None, None) => Err(Error::config(
-            "coefficients",
-            "there are none; give six, or `squares`, or `along`, or a `preset`",
-        )),
+        (None, None, None) => Err(Error::config("coefficients", "there are none")),
     }
 }
 
