@@ -15,6 +15,7 @@ use toml::Table;
 /// The files of `examples/`, carried by the program; a test sees to it that none is missing.
 const EXAMPLES: &[(&str, &str)] = &[
     ("anisotropic", include_str!("../../examples/anisotropic.toml")),
+    ("curvature", include_str!("../../examples/curvature.toml")),
     ("curvature-1", include_str!("../../examples/curvature-1.toml")),
     ("curvature-11", include_str!("../../examples/curvature-11.toml")),
     ("curvature-13", include_str!("../../examples/curvature-13.toml")),
