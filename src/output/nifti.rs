@@ -56,10 +56,10 @@ pub fn write(volume: &Volume, out: &mut impl Write) -> Result<()> {
     Ok(())
 }
 
-/// As [`write`], compressed with gzip.
+/// As [`write()`], compressed with gzip.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_gz(volume: &Volume, out: &mut impl Write) -> Result<()> {
     let mut encoder = GzEncoder::new(out, Compression::fast());
     write(volume, &mut encoder)?;

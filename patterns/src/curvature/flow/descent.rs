@@ -108,8 +108,7 @@ impl<T: Scalar + Transforms> Descent<T> {
         Ok(Self { config, solver, function, inverse, turned, steps: 0, evaluations: 0 })
     }
 
-    /// One step of L-BFGS; a length of 0 in [`Descent::last_length`] means that no lower point
-    /// was found.
+    /// One step of L-BFGS: what it saw, and its length, 0 if no lower point was found.
     ///
     /// # Errors
     /// If the energy or its gradient is not finite at the start.
