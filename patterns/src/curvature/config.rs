@@ -238,6 +238,7 @@ impl Config {
         if let Some(orientation) = &self.orientation {
             orientation.check()?;
         }
+        self.check_flow()?;
         if !(0.0..=20.0).contains(&self.blur) {
             return Err(Error::range("blur", self.blur, "[0, 20]"));
         }
@@ -252,6 +253,25 @@ impl Config {
         }
         if !(self.level > -1.0 && self.level < 1.0) {
             return Err(Error::range("level", self.level, "(-1, 1)"));
+        }
+        Ok(())
+    }
+
+    /// Refuses what a flow cannot do.
+    fn check_flow(&self) -> Result<()> {
+        let spectral = matches!(self.flow, Flow::Fast | Flow::Paper);
+        if spectral && self.boundary != Boundary::Periodic {
+            let reason = "`fast` and `paper` need a periodic box; take `--flow l2` or `l2-mass`";
+            return Err(Error::config("boundary", reason));
+        }
+        let given =
+            self.include.as_ref().map(|_| "include").or(self.exclude.as_ref().map(|_| "exclude"));
+        if let (Flow::L2Mass, Some(key)) = (self.flow, given) {
+            let reason = "`l2-mass` cannot keep the mass where voxels are given; take another flow";
+            return Err(Error::config(key, reason));
+        }
+        if self.flow == Flow::Paper && self.start != Start::Noise {
+            return Err(Error::config("start", "`paper` starts from noise; take another flow"));
         }
         Ok(())
     }

@@ -1,6 +1,10 @@
 //! Voxels whose phase is given.
 
+use rayon::prelude::*;
 use solvers::{Error, Float, Result};
+
+/// Voxels of a task.
+const PART: usize = 4096;
 
 /// Voxels at which u is given: included ones (any value) and excluded ones (-1).
 #[derive(Clone, Debug)]
@@ -29,19 +33,21 @@ impl<T: Float> Mask<T> {
 
     /// Puts the given values into `u`.
     pub fn fix(&self, u: &mut [T]) {
-        for (u, &value) in u.iter_mut().zip(&self.values) {
+        u.par_iter_mut().zip(&self.values).with_min_len(PART).for_each(|(u, &value)| {
             if !value.to_f64().is_nan() {
                 *u = value;
             }
-        }
+        });
     }
 
     /// Puts 0 where u is given.
     pub fn clear(&self, gradient: &mut [T]) {
-        for (gradient, value) in gradient.iter_mut().zip(&self.values) {
-            if !value.to_f64().is_nan() {
-                *gradient = T::from_f64(0.0);
-            }
-        }
+        gradient.par_iter_mut().zip(&self.values).with_min_len(PART).for_each(
+            |(gradient, value)| {
+                if !value.to_f64().is_nan() {
+                    *gradient = T::from_f64(0.0);
+                }
+            },
+        );
     }
 }

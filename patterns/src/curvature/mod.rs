@@ -15,6 +15,8 @@ mod potential;
 mod presets;
 mod run;
 mod start;
+#[cfg(test)]
+mod tests;
 mod view;
 mod written;
 

@@ -67,10 +67,6 @@ fn descent<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Box<dyn 
     let phase = start::phase(config, context)?;
     let rate = |default: f64| config.rate.unwrap_or(default);
     if config.flow == Flow::Paper {
-        if phase.is_some() {
-            let reason = "the paper's flow starts from noise; use another `flow`";
-            return Err(Error::config("start", reason));
-        }
         let adam = AdamConfig { rate: rate(1e-3), ..PaperConfig::default().adam };
         let mut flow = Paper::new(energy, potential(config)?, PaperConfig { adam }, context.seed)?;
         if let Some(mask) = mask {
@@ -170,7 +166,8 @@ impl Texture {
     fn looks(&self) -> Vec<Metric> {
         let n = self.history.len();
         let every = self.config.evaluations.div_ceil(LOOKS).max(1) as usize;
-        let due = n.is_multiple_of(every);
+        // The surface of the noise at the start is large and means nothing.
+        let due = n > 0 && n.is_multiple_of(every);
         if !due {
             let names = [("normalized_discrepancy", "1"), ("genus", "1"), ("components", "1")];
             return names.map(|(name, unit)| Metric::new(name, f64::NAN, unit)).to_vec();

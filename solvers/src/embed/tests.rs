@@ -1,13 +1,8 @@
 use super::*;
+use crate::distances::examples::{distances, spirals};
 use crate::random::{normal, stream, uniform};
 use ndarray::Array2;
 use std::f64::consts::TAU;
-
-fn distances<const D: usize>(points: &[[f64; D]]) -> Array2<f64> {
-    Array2::from_shape_fn((points.len(), points.len()), |(i, j)| {
-        (0..D).map(|d| (points[i][d] - points[j][d]).powi(2)).sum::<f64>().sqrt()
-    })
-}
 
 /// Of each point its others, near ones first.
 fn ranks(distances: &Array2<f64>) -> Vec<Vec<usize>> {
@@ -54,21 +49,7 @@ fn curve_of_umap_learn() {
 /// `fuzzy_simplicial_set` with 15 neighbours, whose memberships are single precision.
 #[test]
 fn fuzzy_graph_of_umap_learn() {
-    let mut points = Vec::new();
-    for (c, (x, y, s, n)) in
-        [(0.0, 0.0, 1.0, 40), (9.0, 1.0, 0.6, 25), (4.0, 9.0, 2.0, 50)].into_iter().enumerate()
-    {
-        points.extend((0..n).map(|k| {
-            let r = s * ((f64::from(k) + 0.5) / f64::from(n)).sqrt() * 1.8;
-            let t = 2.399963229728653 * f64::from(k) + c as f64;
-            [x + r * libm::cos(t), y + r * libm::sin(t)]
-        }));
-    }
-    let scattered = |k: i32, ratio: f64| -12.0 + 33.0 * (f64::from(k) * ratio).fract();
-    points.extend(
-        (0..20).map(|k| [scattered(k, 0.618033988749895), scattered(k, 0.754877666246693)]),
-    );
-    let edges = fuzzy::fuzzy_graph(distances(&points).view(), 15);
+    let edges = fuzzy::fuzzy_graph(distances(&spirals()).view(), 15);
     assert_eq!(edges.len(), 2386);
     let (sum, squares) = edges.iter().fold((0.0, 0.0), |(s, q), e| (s + e.2, q + e.2 * e.2));
     // The search for sigma stops at 1e-5 of the sum of 14 memberships.

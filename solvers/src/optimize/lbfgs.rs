@@ -50,6 +50,8 @@ pub struct Lbfgs<T> {
     x: Vec<T>,
     gradient: Vec<T>,
     value: Option<f64>,
+    /// Whether the evaluation at `x` was counted before a checkpoint.
+    counted: bool,
     /// Steps and gradient changes, oldest first, and the inverse of their products.
     pairs: Vec<(Vec<T>, Vec<T>, f64)>,
     direction: Vec<T>,
@@ -73,8 +75,8 @@ impl<T: Float> Lbfgs<T> {
         }
         let zeros = || vec![T::from_f64(0.0); x.len()];
         let (gradient, direction, trial, trial_gradient) = (zeros(), zeros(), zeros(), zeros());
-        let (value, pairs) = (None, Vec::new());
-        Ok(Self { config, x, gradient, value, pairs, direction, trial, trial_gradient })
+        let (value, counted, pairs) = (None, false, Vec::new());
+        Ok(Self { config, x, gradient, value, counted, pairs, direction, trial, trial_gradient })
     }
 
     /// The current point.
@@ -92,16 +94,17 @@ impl<T: Float> Lbfgs<T> {
         self.pairs.iter().map(|(s, y, _)| (&s[..], &y[..]))
     }
 
-    /// Takes up a state; the value and gradient at `x` are evaluated anew.
+    /// Takes up a state; the value and gradient at `x` are evaluated anew, which counts if no step
+    /// had been made.
     ///
     /// # Panics
     /// If a slice has another length.
-    pub fn restore(&mut self, x: Vec<T>, pairs: Vec<(Vec<T>, Vec<T>)>) {
+    pub fn restore(&mut self, x: Vec<T>, pairs: Vec<(Vec<T>, Vec<T>)>, steps: u64) {
         let n = self.x.len();
         let fits = pairs.iter().all(|(s, y)| s.len() == n && y.len() == n);
         assert!(x.len() == n && fits, "one number per variable");
         self.x = x;
-        self.value = None;
+        (self.value, self.counted) = (None, steps > 0);
         self.pairs = pairs
             .into_iter()
             .map(|(s, y)| {
@@ -126,7 +129,7 @@ impl<T: Float> Lbfgs<T> {
         let value = match self.value {
             Some(value) => value,
             None => {
-                evaluations += 1;
+                evaluations += usize::from(!self.counted);
                 evaluate(&self.x, &mut self.gradient)
             }
         };

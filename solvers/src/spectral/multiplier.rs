@@ -1,9 +1,10 @@
 //! Operators that are diagonal in the Fourier basis of a periodic box, in either width.
 
+use crate::slab::planes_per_slab;
 use crate::{Error, Float, Result, diffusion::explicit::Real};
 use rayon::prelude::*;
 use rustfft::{Fft, FftNum, FftPlanner, num_complex::Complex};
-use std::sync::Arc;
+use std::{mem::take, sync::Arc};
 
 /// Columns along z that are transformed together: they fill whole cache lines of the source.
 const COLUMNS: usize = 16;
@@ -28,6 +29,8 @@ pub struct Multiplier<T: FftNum> {
     planes: Vec<Complex<T>>,
     /// The same by columns: of kx, of ky, of kz.
     columns: Vec<Complex<T>>,
+    /// Buffers of the tasks, made once.
+    buffers: Vec<Buffers<T>>,
 }
 
 impl<T: FftNum> std::fmt::Debug for Multiplier<T> {
@@ -56,7 +59,8 @@ macro_rules! transforms {
 
 transforms!(f32, f64);
 
-/// Buffers of one worker.
+/// Buffers of one task.
+#[derive(Clone)]
 struct Buffers<T> {
     line: Vec<Complex<T>>,
     half: Vec<Complex<T>>,
@@ -89,7 +93,8 @@ impl<T: Float + Transforms> Multiplier<T> {
             return Err(Error::out_of_range("symbol", Real::to_f64(*bad), "(-inf, inf)"));
         }
         let zeros = vec![Complex::new(T::zero(), T::zero()); half * ny * nz];
-        Ok(Self { shape, plans, symbol, planes: zeros.clone(), columns: zeros })
+        let (planes, columns, buffers) = (zeros.clone(), zeros, Vec::new());
+        Ok(Self { shape, plans, symbol, planes, columns, buffers })
     }
 
     fn buffers(&self) -> Buffers<T> {
@@ -112,23 +117,35 @@ impl<T: Float + Transforms> Multiplier<T> {
     pub fn apply(&mut self, field: &[T], out: &mut [T]) {
         let [nz, ny, nx] = self.shape;
         assert!(field.len() == nz * ny * nx && out.len() == field.len(), "one number per voxel");
-        let mut planes = std::mem::take(&mut self.planes);
-        let mut columns = std::mem::take(&mut self.columns);
-        let size = (nx / 2 + 1) * ny;
-        let forward = planes.par_chunks_mut(size).zip(field.par_chunks(ny * nx));
-        forward.for_each_init(|| self.buffers(), |b, (plane, field)| self.plane(field, plane, b));
-        let along = columns.par_chunks_mut(COLUMNS * nz).zip(self.symbol.par_chunks(COLUMNS * nz));
-        along.enumerate().for_each_init(
-            || self.buffers(),
-            |b, (block, (columns, symbol))| {
-                self.column(&planes[block * COLUMNS..], columns, symbol, b);
-            },
-        );
-        out.par_chunks_mut(PLANES * ny * nx).enumerate().for_each_init(
-            || self.buffers(),
-            |b, (block, out)| self.back(&columns[block * PLANES..], out, b),
-        );
-        (self.planes, self.columns) = (planes, columns);
+        let (mut planes, mut columns) = (take(&mut self.planes), take(&mut self.columns));
+        let mut buffers = take(&mut self.buffers);
+        let (plane, size) = (ny * nx, (nx / 2 + 1) * ny);
+        // Whole groups of planes to a task, and at least as many tasks as are needed for columns.
+        let slab = planes_per_slab(nz, field.len()).next_multiple_of(PLANES);
+        let tasks = nz.div_ceil(slab);
+        let block = size.div_ceil(tasks).next_multiple_of(COLUMNS);
+        buffers.resize_with(tasks, || self.buffers());
+        let (this, pool) = (&*self, &mut buffers);
+        let forward = planes.par_chunks_mut(slab * size).zip(field.par_chunks(slab * plane));
+        forward.zip(pool.par_iter_mut()).for_each(|((planes, field), b)| {
+            for (out, field) in planes.chunks_exact_mut(size).zip(field.chunks_exact(plane)) {
+                this.plane(field, out, b);
+            }
+        });
+        let along = columns.par_chunks_mut(block * nz).zip(this.symbol.par_chunks(block * nz));
+        along.zip(pool.par_iter_mut()).enumerate().for_each(|(task, ((columns, symbol), b))| {
+            let groups = columns.chunks_mut(COLUMNS * nz).zip(symbol.chunks(COLUMNS * nz));
+            for (group, (columns, symbol)) in groups.enumerate() {
+                this.column(&planes[task * block + group * COLUMNS..], columns, symbol, b);
+            }
+        });
+        let back = out.par_chunks_mut(slab * plane).zip(pool.par_iter_mut());
+        back.enumerate().for_each(|(task, (out, b))| {
+            for (group, out) in out.chunks_mut(PLANES * plane).enumerate() {
+                this.back(&columns[task * slab + group * PLANES..], out, b);
+            }
+        });
+        (self.planes, self.columns, self.buffers) = (planes, columns, buffers);
     }
 
     /// Transforms a plane along x and y.

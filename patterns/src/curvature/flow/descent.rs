@@ -7,9 +7,9 @@ use crate::curvature::energy::{Edges, Energy, Scalar};
 use rayon::prelude::*;
 use solvers::blur::{Blur, BlurEdges, Stored};
 use solvers::optimize::{Lbfgs, LbfgsConfig};
-use solvers::spectral::Multiplier;
-use solvers::spectral::Transforms;
+use solvers::spectral::{Multiplier, Transforms};
 use solvers::{Error, Result, diffusion::explicit::Real, field};
+use std::sync::Arc;
 
 /// Constants of the L2 flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ struct Function<T> {
     blur: Option<Blur<T>>,
     mask: Option<Mask<T>>,
     /// Gradient of the mean of u, normalized, if the mean is kept.
-    mean: Option<Vec<T>>,
+    mean: Option<Arc<[T]>>,
     u: Vec<T>,
     between: Vec<T>,
 }
@@ -98,7 +98,7 @@ impl<T: Scalar + Transforms> Descent<T> {
                 let norm = total(&mean, |v| v * v).sqrt();
                 mean.iter_mut().for_each(|v| *v = <T as Real>::from_f64(Real::to_f64(*v) / norm));
             }
-            mean
+            Arc::from(mean)
         });
         let solver = Lbfgs::new(config.lbfgs, v)?;
         let u = vec![T::zero(); n];
@@ -114,13 +114,13 @@ impl<T: Scalar + Transforms> Descent<T> {
     /// If the energy or its gradient is not finite at the start.
     pub fn step(&mut self) -> Result<(StepInfo, f64)> {
         let Self { solver, function, inverse, turned, .. } = self;
-        let means = function.mean.clone();
+        let mean = function.mean.clone();
         let evaluate = |v: &[T], gradient: &mut [T]| function.evaluate(v, gradient);
         let mut precondition = inverse.as_mut().map(|inverse| {
             move |d: &mut [T]| {
                 inverse.apply(d, turned);
                 d.copy_from_slice(turned);
-                project(&means, d);
+                project(mean.as_deref(), d);
             }
         });
         let step = solver
@@ -163,8 +163,8 @@ impl<T: Scalar + Transforms> Descent<T> {
     /// # Panics
     /// If a slice has not one number per voxel.
     pub fn restore(&mut self, v: Vec<T>, pairs: Vec<(Vec<T>, Vec<T>)>, counts: [u64; 2]) {
-        self.solver.restore(v, pairs);
         [self.steps, self.evaluations] = counts;
+        self.solver.restore(v, pairs, self.steps);
         self.function.phase(self.solver.x());
     }
 }
@@ -189,13 +189,13 @@ impl<T: Scalar> Function<T> {
         if let Some(blur) = &mut self.blur {
             blur.transpose(gradient, &mut self.between);
         }
-        project(&self.mean, gradient);
+        project(self.mean.as_deref(), gradient);
         energy
     }
 }
 
 /// Takes out the part of `d` that changes the mean of u.
-fn project<T: Scalar>(mean: &Option<Vec<T>>, d: &mut [T]) {
+fn project<T: Scalar>(mean: Option<&[T]>, d: &mut [T]) {
     let Some(mean) = mean else { return };
     // Twice: in f32 the first leaves a rounding of the whole.
     for _ in 0..2 {

@@ -1,7 +1,7 @@
 //! Flows that lower the energy, one evaluation at a time.
 //!
 //! All own their state and hand it out for checkpoints; a step that meets a number that is
-//! not finite is an error that names its iteration, and leaves the state of before it.
+//! not finite is an error that names its iteration, after which the state is of no use.
 
 mod descent;
 mod fast;

@@ -112,7 +112,7 @@ impl<T: Scalar> Paper<T> {
     /// Evaluates, then steps.
     ///
     /// # Errors
-    /// If the energy or its gradient is not finite; the state is then that of the last step.
+    /// If the energy or its gradient is not finite; the state is then of no use.
     pub fn step(&mut self) -> Result<StepInfo> {
         let energy = self.energy.value_and_gradient(&self.u, &mut self.gradient);
         let info = StepInfo { iteration: self.steps, energy, gradient_norm: 0.0 }.check()?;

@@ -1,8 +1,7 @@
 //! The spectral preconditioner of curvature energies.
 
 use crate::curvature::energy::{Edges, EnergyConfig, Scalar, Spatial};
-use solvers::spectral::Transforms;
-use solvers::spectral::{LaplacianSymbol, Multiplier};
+use solvers::spectral::{LaplacianSymbol, Multiplier, Transforms};
 use solvers::{Error, Result};
 
 /// `h(lambda)^power` without the mean, where
