@@ -1,9 +1,10 @@
 //! From what a run shows to the files of its output folder.
 
-use crate::output::{csv, dxf, glb, mesh, npy, picture, plot, surface, svg, vti};
+use crate::output::{csv, dxf, glb, map, mesh, npy, picture, plot, surface, svg, vti};
 use anyhow::{Context as _, Result};
 use patterns::{Artifact, Colors, Image, Plot, Surface};
 use rayon::prelude::*;
+use solvers::Field;
 
 /// A file in memory: its name and its bytes.
 pub type NamedBytes = (String, Vec<u8>);
@@ -45,6 +46,11 @@ fn encode(artifact: &Artifact) -> Result<Vec<NamedBytes>> {
         Artifact::Table { name, columns } => {
             Ok(vec![bytes(name, "csv", |out| csv::write_table(columns, out))?])
         }
+        Artifact::Map(map) => Ok(vec![
+            bytes(&map.name, "png", |out| map::write_png(map, out))?,
+            bytes(&map.name, "svg", |out| map::write_svg(map, out))?,
+        ]),
+        Artifact::Array { name, field } => Ok(vec![encode_array(name, field)?]),
         _ => Ok(Vec::new()),
     }
 }
@@ -55,12 +61,16 @@ fn encode_image(image: &Image) -> Result<Vec<NamedBytes>> {
     let mut files = vec![bytes(name, "png", |out| picture::write_png(image, &style, out))?];
     if image.colors != Colors::Ink {
         let field = &image.field;
-        let values = field.view().into_dyn();
-        let values = values.into_shape_with_order(field.grid().axes().to_vec())?;
-        files.push(bytes(name, "npy", |out| npy::write(&values, out))?);
+        files.push(encode_array(name, field)?);
         files.push(bytes(name, "vti", |out| vti::write(&[(name, field)], out))?);
     }
     Ok(files)
+}
+
+fn encode_array(name: &str, field: &Field) -> Result<NamedBytes> {
+    let values = field.view().into_dyn();
+    let values = values.into_shape_with_order(field.grid().axes().to_vec())?;
+    bytes(name, "npy", |out| npy::write(&values, out))
 }
 
 /// A surface as picture, for other programs, and as a film if one is wanted.

@@ -4,6 +4,8 @@
 mod bench;
 mod convert;
 mod curvature;
+mod curvature_atlas;
+mod curvature_infer;
 mod figure;
 mod level_set;
 mod list;

@@ -1,7 +1,7 @@
 //! The files that a configuration names: looked up, read, and kept for the output folder.
 
 use patterns::{Error, Inputs};
-use solvers::{Field, isosurface::Polyline};
+use solvers::{Field, isosurface::Polyline, mesh::TriangleMesh};
 use std::{
     cell::RefCell,
     path::{Path, PathBuf},
@@ -63,6 +63,16 @@ impl Inputs for FileInputs {
         let bytes = std::fs::read(&file).map_err(|error| broken(key, &error.into()))?;
         self.remember(path, &file, bytes);
         Field::from_array(values, 1.0).map_err(|error| broken(key, &error.into()))
+    }
+
+    fn mesh(&self, key: &str, path: &str) -> patterns::Result<Option<TriangleMesh>> {
+        let file = self.find(path);
+        let mesh = crate::input::load_mesh(&file).map_err(|error| broken(key, &error))?;
+        if mesh.is_some() {
+            let bytes = std::fs::read(&file).map_err(|error| broken(key, &error.into()))?;
+            self.remember(path, &file, bytes);
+        }
+        Ok(mesh)
     }
 
     fn lines(&self, key: &str, path: &str) -> patterns::Result<Vec<Polyline>> {

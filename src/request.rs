@@ -128,10 +128,15 @@ impl Request {
     /// # Errors
     /// As [`Request::set`].
     pub fn set_flag(&mut self, key: &str, value: Option<impl Into<Value>>) -> Result<()> {
-        match value {
-            Some(value) => self.set(key, value.into(), &format!("--{}", key.replace('_', "-"))),
-            None => Ok(()),
-        }
+        self.set_at(key, value, &format!("--{}", key.replace('_', "-")))
+    }
+
+    /// Sets a key by a flag of another name, if the flag was given.
+    ///
+    /// # Errors
+    /// As [`Request::set`].
+    pub fn set_at(&mut self, key: &str, value: Option<impl Into<Value>>, flag: &str) -> Result<()> {
+        value.map_or(Ok(()), |value| self.set(key, value.into(), flag))
     }
 
     /// Starts from a preset of the model.

@@ -315,7 +315,7 @@ fn bad_textures() {
     );
     lab.refuses(&["curvature", "--size", "16", "--start", "cut.npy"], &["--start", "cut.npy"]);
     lab.refuses(&["render", "good.png"], &["good.png"]);
-    lab.refuses(&["render", "cut.npy"], &["cut.npy"]);
+    lab.refuses(&["render", "cut.npy", "--out", "cut-shape.png"], &["cut.npy"]);
 }
 
 /// A mechanism is named and drawn; no output folder is made.

@@ -57,6 +57,15 @@ pub enum Artifact {
     Surface(Surface),
     /// Curves in axes: SVG, PNG and CSV.
     Plot(Plot),
+    /// Points in the plane, some with a picture of what they stand for: SVG and PNG.
+    Map(Map),
+    /// Numbers for other programs: NPY.
+    Array {
+        /// File stem.
+        name: String,
+        /// The numbers.
+        field: Field,
+    },
     /// Columns of numbers: CSV.
     Table {
         /// File stem.
@@ -128,6 +137,32 @@ pub struct SurfaceValues {
     pub colors: Colors,
     /// Values at the two ends of the colormap; `None`: least and greatest.
     pub range: Option<[f64; 2]>,
+}
+
+/// Things that are laid out in the plane by how alike they are.
+#[derive(Clone, Debug)]
+pub struct Map {
+    /// File stem.
+    pub name: String,
+    /// Heading.
+    pub title: String,
+    /// Labels of the horizontal and the vertical axis, with units.
+    pub axes: [String; 2],
+    /// The things.
+    pub points: Vec<MapPoint>,
+}
+
+/// A thing on a [`Map`].
+#[derive(Clone, Debug)]
+pub struct MapPoint {
+    /// Its place.
+    pub position: [f64; 2],
+    /// Number of its group; none: it stands alone.
+    pub group: Option<usize>,
+    /// What it is, shown under the pointer.
+    pub caption: String,
+    /// What it looks like, for those that are shown.
+    pub surface: Option<Surface>,
 }
 
 /// A straight line of a [`Artifact::Drawing`].

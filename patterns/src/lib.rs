@@ -19,7 +19,8 @@ pub mod topology;
 pub(crate) use config::{check_memory, from_table, to_table};
 
 pub use artifact::{
-    Artifact, Axis, Colors, Image, Mark, Metric, Plot, Series, Stroke, Surface, SurfaceValues,
+    Artifact, Axis, Colors, Image, Map, MapPoint, Mark, Metric, Plot, Series, Stroke, Surface,
+    SurfaceValues,
 };
 pub use error::{Error, Result};
 pub use model::{Context, Inputs, Model, NoInputs, Preset, Run, Status};
@@ -32,4 +33,6 @@ pub static MODELS: &[&Model] = &[
     &level_set::MODEL,
     &topology::MODEL,
     &curvature::MODEL,
+    &curvature::atlas::MODEL,
+    &curvature::infer::MODEL,
 ];

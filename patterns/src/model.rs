@@ -1,5 +1,5 @@
 use crate::{Artifact, Error, Image, Metric, Result, State};
-use solvers::{Field, isosurface::Polyline};
+use solvers::{Field, isosurface::Polyline, mesh::TriangleMesh};
 
 /// A model as the registry sees it.
 pub struct Model {
@@ -45,6 +45,15 @@ pub trait Inputs {
     /// # Errors
     /// [`Error::Input`] with the file's name and what is wrong with it.
     fn field(&self, key: &str, path: &str) -> Result<Field>;
+
+    /// The triangles of `path`, or `None` if its name is not that of a mesh.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the file's name and what is wrong with it.
+    fn mesh(&self, key: &str, path: &str) -> Result<Option<TriangleMesh>> {
+        let _ = (key, path);
+        Ok(None)
+    }
 
     /// The closed lines of `path`, each of at least 3 finite points `[x, y]`.
     ///

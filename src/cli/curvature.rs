@@ -1,6 +1,6 @@
 //! `patterns curvature`: textures in space from an energy of curvatures.
 
-use super::{run_args::RunArgs, values};
+use super::{curvature_atlas, curvature_infer, run_args::RunArgs, values};
 use crate::request::Request;
 use anyhow::{Result, bail};
 use std::process::ExitCode;
@@ -8,13 +8,18 @@ use toml::{Table, Value};
 
 /// Grow tubes, membranes and sponges from the phase-field energy of curvatubes.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
 #[command(after_help = "Examples:\n  \
     patterns curvature --preset tubes\n  \
     patterns curvature --preset bilayers --size 64 --flow paper --evaluations 2000\n  \
     patterns curvature --coefficients 1,2,6,-40,-40,400 --mass=-0.6\n  \
     patterns curvature --squares h2=1,h0=20,t=5 --mass=-0.6\n  \
-    patterns curvature --preset tubes --orientation 1000 --direction 0,0,1")]
+    patterns curvature --preset tubes --orientation 1000 --direction 0,0,1\n  \
+    patterns curvature atlas --count 60 --size 32\n  \
+    patterns curvature infer volume.npy")]
 pub(super) struct Args {
+    #[command(subcommand)]
+    task: Option<Task>,
     /// A preset of `patterns list curvature` [default: tubes].
     #[arg(long, value_name = "NAME")]
     preset: Option<String>,
@@ -84,7 +89,19 @@ pub(super) struct Args {
     run: RunArgs,
 }
 
+/// What else there is to do with textures.
+#[derive(Debug, clap::Subcommand)]
+enum Task {
+    Atlas(Box<curvature_atlas::Args>),
+    Infer(Box<curvature_infer::Args>),
+}
+
 pub(super) fn main(args: &Args) -> Result<ExitCode> {
+    match &args.task {
+        Some(Task::Atlas(args)) => return curvature_atlas::main(args),
+        Some(Task::Infer(args)) => return curvature_infer::main(args),
+        None => {}
+    }
     let mut request = Request::new("curvature", 0);
     if let Some(preset) = &args.preset {
         request.preset(preset)?;

@@ -104,9 +104,8 @@ impl RunArgs {
             return Ok(());
         }
         if manifest.status == RunStatus::Interrupted {
-            let command = &manifest.command;
             writeln!(out, "interrupted at iteration {}; the state is saved.", manifest.iterations)?;
-            writeln!(out, "Go on with: patterns {command} --resume {folder}")?;
+            writeln!(out, "Go on with: patterns run --resume {folder}")?;
             return Ok(());
         }
         for note in &outcome.notes {

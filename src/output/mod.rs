@@ -12,6 +12,7 @@ pub mod csv;
 pub mod dxf;
 pub(crate) mod font;
 pub mod glb;
+pub mod map;
 pub mod mesh;
 pub mod mrc;
 pub mod nifti;

@@ -3,6 +3,7 @@
 use super::{
     axes,
     canvas::{self, Canvas},
+    colormap::Rgb,
     font::{self, Hang},
 };
 use anyhow::{Result, anyhow};
@@ -22,7 +23,7 @@ const GAP: f64 = 16.0;
 /// Length of the sample of a curve in the legend, pixels.
 const SAMPLE: f64 = 56.0;
 /// Okabe and Ito 2008, "Color universal design", without the yellow that fades on white.
-const COLORS: [RGBColor; 7] = [
+pub(super) const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -32,7 +33,14 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 const GRID: RGBColor = RGBColor(225, 225, 225);
-const FRAME: RGBColor = RGBColor(90, 90, 90);
+/// Frames of axes.
+pub(super) const FRAME: Rgb = [90; 3];
+
+/// Colour of the `n`-th thing.
+pub(super) fn color(n: usize) -> Rgb {
+    let RGBColor(r, g, b) = COLORS[n % COLORS.len()];
+    [r, g, b]
+}
 
 /// A rectangle `[left, top, right, bottom]` in pixels.
 type Box4 = [f64; 4];
@@ -260,7 +268,8 @@ impl<B: Paper> Pen<'_, B> {
     fn frame(&mut self, x: &Scale, y: &Scale) -> Result<()> {
         let ([left, right], [bottom, top]) = (x.pixels, y.pixels);
         let corners = [[left, top], [right, top], [right, bottom], [left, bottom], [left, top]];
-        self.path(&corners, stroke(FRAME, 2))
+        let [r, g, b] = FRAME;
+        self.path(&corners, stroke(RGBColor(r, g, b), 2))
     }
 
     /// A box with a sample and the name of each curve, its corner at `place`.

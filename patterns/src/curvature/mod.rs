@@ -4,12 +4,15 @@
 //! Anna Song 2021, "Generation of tubular and membranous shape textures with curvature
 //! functionals".
 
+pub mod atlas;
 mod coefficients;
 mod config;
 mod descent;
 mod diagram;
 pub mod energy;
 pub mod flow;
+mod grow;
+pub mod infer;
 mod mask;
 mod potential;
 mod presets;

@@ -76,7 +76,10 @@ fn descent<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Box<dyn 
     }
     let u = match phase {
         Some(phase) => phase.into_iter().map(<T as Real>::from_f64).collect(),
-        None => noise::<T>(config, context.seed)?,
+        None => {
+            let mass = written::mass(config);
+            start::noise(config.shape(), config.spacing, config.blur, &mass, context.seed)?
+        }
     };
     if config.flow == Flow::Fast {
         let default = FastConfig::default();
@@ -99,16 +102,6 @@ fn descent<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Box<dyn 
 fn potential<T: Stored>(config: &Config) -> Result<Potential<T>> {
     let mass = written::mass(config);
     Ok(Potential::new(config.shape(), config.spacing, config.blur, &mass)?)
-}
-
-/// The phase of the paper's start.
-fn noise<T: Stored>(config: &Config, seed: u64) -> Result<Vec<T>> {
-    let voxels = config.shape().iter().product();
-    let [z, y, x] = flow::start::<T>(voxels, config.spacing, seed);
-    let zeros = || vec![<T as Real>::from_f64(0.0); voxels];
-    let (mut between, mut u) = (zeros(), zeros());
-    potential(config)?.phase([&z, &y, &x], &mut between, &mut u);
-    Ok(u)
 }
 
 /// u = 1 where the shape must be, -1 where it must not.

@@ -1,8 +1,26 @@
 //! Where a flow starts.
 
 use super::config::{Config, Start};
+use super::energy::{Scalar, Spatial};
+use super::{Potential, flow};
 use crate::{Context, Error, Result};
 use solvers::{Field, Grid, level_set};
+
+/// The phase of the paper's start.
+pub(super) fn noise<T: Scalar>(
+    shape: [usize; 3],
+    spacing: f64,
+    blur: f64,
+    mass: &Spatial,
+    seed: u64,
+) -> Result<Vec<T>> {
+    let voxels = shape.iter().product();
+    let [z, y, x] = flow::start::<T>(voxels, spacing, seed);
+    let zeros = || vec![T::from_f64(0.0); voxels];
+    let (mut between, mut u) = (zeros(), zeros());
+    Potential::new(shape, spacing, blur, mass)?.phase([&z, &y, &x], &mut between, &mut u);
+    Ok(u)
+}
 
 /// The phase at the start of a flow from a shape or a file; `None` for noise.
 pub(super) fn phase(config: &Config, context: &Context<'_>) -> Result<Option<Vec<f64>>> {

@@ -8,7 +8,7 @@ use solvers::{
 };
 
 /// Curvatures beyond these are left out of the picture, as in the paper (1/length).
-const RANGE: [f64; 2] = [-100.0, 100.0];
+pub(super) const RANGE: [f64; 2] = [-100.0, 100.0];
 
 /// Triangles in the picture of a diagram.
 const DOTS: usize = 6000;

@@ -4,6 +4,7 @@ mod bvh;
 mod sample;
 mod shading;
 mod topology;
+mod voxelize;
 
 pub use bvh::{Bvh, Hit, Ray};
 pub use sample::SurfaceSamples;

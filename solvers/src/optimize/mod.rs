@@ -20,6 +20,7 @@
 mod adam;
 mod bounds;
 mod check;
+mod cmaes;
 mod gcmma;
 mod lbfgs;
 mod mma;
@@ -27,6 +28,7 @@ mod oc;
 
 pub use adam::{Adam, AdamConfig};
 pub use bounds::Bounds;
+pub use cmaes::Cmaes;
 pub use gcmma::{Gcmma, GcmmaConfig, Verdict};
 pub use lbfgs::{Lbfgs, LbfgsConfig, LbfgsStep};
 pub use mma::{Artificial, Mma, MmaConfig, MovingLimits, Solve};

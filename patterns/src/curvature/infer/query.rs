@@ -1,0 +1,175 @@
+//! The given shape as a phase field, and its curvature diagram.
+
+use super::config::{Config, Inside};
+use crate::curvature::energy::{Edges, Energy, EnergyConfig};
+use crate::curvature::{Coefficients, Diagram, view};
+use crate::{Context, Error, Result};
+use solvers::blur::{Blur, BlurEdges, Stored};
+use solvers::isosurface::{self, Caps};
+use solvers::mesh::TriangleMesh;
+use solvers::{Boundary, Field, Grid, level_set, transport::PointCloud};
+
+/// Voxels across a mesh, at most.
+const LARGEST: f64 = 400.0;
+
+/// A field whose gradient is this near to that of a phase is taken as one.
+const PHASE: f64 = 0.5;
+
+/// What there is to know of the given shape.
+pub(super) struct Query {
+    /// The phase, near 1 inside and near -1 outside.
+    pub(super) phase: Field,
+    pub(super) diagram: Diagram,
+    pub(super) cloud: PointCloud<2>,
+    /// Mean of the phase.
+    pub(super) mass: f64,
+    /// Area of the surface over the volume of the box (1/length).
+    pub(super) area: f64,
+    /// How the file was read.
+    pub(super) note: String,
+}
+
+impl Query {
+    /// Reads the shape.
+    ///
+    /// # Errors
+    /// If it cannot be read, is not of three axes, is larger than memory or has no surface.
+    pub(super) fn read(config: &Config, context: &Context<'_>) -> Result<Self> {
+        let refuse = |reason: String| Error::Input { key: "shape".into(), reason };
+        let h = config.spacing();
+        let (phase, note) = match context.inputs.mesh("shape", &config.shape)? {
+            Some(mesh) => {
+                let cells = voxels(&mesh, h, context).map_err(refuse)?;
+                (profile(cells, 0.5, config)?, "a mesh".to_owned())
+            }
+            None => {
+                let given = context.inputs.field("shape", &config.shape)?;
+                if given.grid().dim() != 3 || given.grid().shape().iter().any(|&n| n < 8) {
+                    let reason = format!(
+                        "`{}` has the shape {:?}; wanted are three axes of at least 8 voxels",
+                        config.shape,
+                        given.grid().axes()
+                    );
+                    return Err(refuse(reason));
+                }
+                crate::check_memory("shape", given.grid(), 100, context)?;
+                let grid = Grid::new(&given.grid().shape(), h)?;
+                volume(Field::from_vec(grid, given.as_slice().to_vec())?, config)?
+            }
+        };
+        Self::of(phase, note, config)
+    }
+
+    fn of(phase: Field, note: String, config: &Config) -> Result<Self> {
+        let grid = phase.grid();
+        let sphere = Coefficients { a20: 1.0, a11: 0.0, a02: 1.0, b10: 0.0, b01: 0.0, c: 0.0 };
+        let mut energy =
+            EnergyConfig::new(grid.shape(), grid.spacing(), config.growth.epsilon, sphere);
+        energy.edges = Edges::Replicate;
+        let energy = Energy::<f64>::new(energy)?;
+        let mesh = view::surface(phase.clone(), 0.0, Caps::Open).mesh;
+        let diagram = Diagram::of(&energy, phase.as_slice(), &mesh)?;
+        let Some(cloud) = diagram.cloud(0)? else {
+            let reason = format!("`{}` has no surface at that level", config.shape);
+            return Err(Error::Input { key: "shape".into(), reason });
+        };
+        let n = phase.as_slice().len() as f64;
+        let mass = solvers::field::sum(phase.as_slice(), |u| u) / n;
+        let area = mesh.area() / (n * grid.spacing().powi(3));
+        Ok(Self { phase, diagram, cloud, mass: mass.clamp(-0.99, 0.99), area, note })
+    }
+}
+
+/// A mesh in the box around it: the part of each voxel that is inside.
+fn voxels(
+    mesh: &TriangleMesh,
+    h: f64,
+    context: &Context<'_>,
+) -> std::result::Result<Field, String> {
+    let mut corners = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for v in &mesh.vertices {
+        for m in 0..3 {
+            corners[0][m] = corners[0][m].min(v[m]);
+            corners[1][m] = corners[1][m].max(v[m]);
+        }
+    }
+    let size = [0, 1, 2].map(|m| ((corners[1][m] - corners[0][m]) / h).round());
+    if !size.iter().all(|n| (8.0..=LARGEST).contains(n)) {
+        return Err(format!(
+            "the mesh is {:.3} x {:.3} x {:.3} voxels of width {h}; wanted are 8 to {LARGEST} along \
+             each axis: give --spacing, or scale the mesh",
+            size[0], size[1], size[2]
+        ));
+    }
+    let [nx, ny, nz] = size.map(|n| n as usize);
+    let grid = Grid::new(&[nz, ny, nx], h).map_err(|error| error.to_string())?;
+    crate::check_memory("shape", grid, 100, context).map_err(|error| error.to_string())?;
+    let origin = corners[0].map(|low| low + 0.5 * h);
+    mesh.occupancy(grid, origin).map_err(|error| error.to_string())
+}
+
+/// A volume as a phase, and what it was taken for.
+fn volume(mut given: Field, config: &Config) -> Result<(Field, String)> {
+    if let Some(label) = config.label {
+        given.as_mut_slice().iter_mut().for_each(|v| *v = f64::from(u8::from(*v == label)));
+    }
+    let (low, high) = given.range();
+    let middle = if low < 0.0 && high > 0.0 { 0.0 } else { 0.5 * (low + high) };
+    let level = config.level.unwrap_or(middle);
+    if !(low < level && level < high) {
+        let reason = format!(
+            "`{}` has values from {low} to {high}: none lie on both sides of {level}",
+            config.shape
+        );
+        return Err(Error::Input { key: "shape".into(), reason });
+    }
+    let sign = if config.inside == Inside::Above { 1.0 } else { -1.0 };
+    let whole = low > -1.5 && high < 1.5 && level == 0.0;
+    if whole && is_phase(&given, config.growth.epsilon)? {
+        given.as_mut_slice().iter_mut().for_each(|v| *v *= sign);
+        return Ok((given, "a phase field, taken as it is".into()));
+    }
+    let two = given.as_slice().iter().all(|&v| v == low || v == high);
+    let note = match two && config.smooth > 0.0 {
+        true => format!("a volume of two values, blurred by {} voxels", config.smooth),
+        false => format!("a volume with its surface at {level}"),
+    };
+    if two {
+        given = blurred(&given, config.smooth)?;
+    }
+    given.as_mut_slice().iter_mut().for_each(|v| *v = sign * (*v - level));
+    Ok((profile(given, 0.0, config)?, note))
+}
+
+/// Whether values change as those of a phase of that width do.
+fn is_phase(given: &Field, epsilon: f64) -> Result<bool> {
+    let grid = given.grid();
+    let plain = Coefficients { a20: 1.0, a11: 0.0, a02: 1.0, b10: 0.0, b01: 0.0, c: 0.0 };
+    let mut config = EnergyConfig::new(grid.shape(), grid.spacing(), epsilon, plain);
+    config.edges = Edges::Replicate;
+    Ok(Energy::<f64>::new(config)?.discrepancy(given.as_slice()) < PHASE)
+}
+
+fn blurred(given: &Field, sigma: f64) -> Result<Field> {
+    if sigma == 0.0 {
+        return Ok(given.clone());
+    }
+    let mut blur = Blur::<f64>::new(given.grid().shape(), sigma, BlurEdges::Replicate)?;
+    let (mut between, mut out) = (given.as_slice().to_vec(), given.as_slice().to_vec());
+    blur.apply(&Stored(given.as_slice()), &mut between, &mut out);
+    Ok(Field::from_vec(given.grid(), out)?)
+}
+
+/// `tanh(d / (sqrt 2 epsilon))` of the distance d from the surface at `level`, positive above.
+fn profile(values: Field, level: f64, config: &Config) -> Result<Field> {
+    let mut phi = values;
+    phi.as_mut_slice().iter_mut().for_each(|v| *v = level - *v);
+    if isosurface::surface(&phi, 0.0, Caps::Open)?.mesh.triangles.is_empty() {
+        let reason = format!("`{}` has no surface at that level", config.shape);
+        return Err(Error::Input { key: "shape".into(), reason });
+    }
+    level_set::redistance(&mut phi, Boundary::Neumann)?;
+    let width = std::f64::consts::SQRT_2 * config.growth.epsilon;
+    phi.as_mut_slice().iter_mut().for_each(|d| *d = libm::tanh(-*d / width));
+    Ok(phi)
+}

@@ -1,0 +1,107 @@
+//! What an inference shows.
+
+use super::query::Query;
+use super::run::Found;
+use crate::curvature::atlas::NAMES;
+use crate::curvature::view;
+use crate::{Artifact, Axis, Mark, Plot, Series};
+use solvers::isosurface::Caps;
+use solvers::{Field, transport::PointCloud};
+
+/// Triangles of the given shape's diagram in the picture.
+const DOTS: usize = 3000;
+
+pub(super) fn artifacts(
+    query: &Query,
+    nearest: &[([f64; 6], f64)],
+    told: &[Vec<f64>],
+    found: Option<&Found>,
+) -> Vec<Artifact> {
+    let mut artifacts = vec![shape("given", &query.phase, Caps::Closed), table(nearest)];
+    if !told.is_empty() {
+        artifacts.push(progress(nearest, told, found));
+    }
+    if let Some(found) = found {
+        artifacts.push(shape("found", &found.shape.phase, Caps::PeriodicClosed));
+        artifacts.push(diagrams(query, &found.shape.diagram));
+    }
+    artifacts
+}
+
+fn shape(name: &str, phase: &Field, caps: Caps) -> Artifact {
+    let grid = phase.grid();
+    let [nz, ny, nx] = grid.shape().map(|n| n as f64 * grid.spacing());
+    let surface = view::surface(phase.clone(), 0.0, caps);
+    match view::shape(surface, [nx, ny, nz]) {
+        Artifact::Surface(surface) => {
+            Artifact::Surface(crate::Surface { name: name.into(), ..surface })
+        }
+        other => other,
+    }
+}
+
+fn table(nearest: &[([f64; 6], f64)]) -> Artifact {
+    let mut columns: Vec<(String, Vec<f64>)> = NAMES
+        .iter()
+        .enumerate()
+        .map(|(k, name)| ((*name).to_owned(), nearest.iter().map(|n| n.0[k]).collect()))
+        .collect();
+    columns.push(("distance (1/length)".into(), nearest.iter().map(|n| n.1).collect()));
+    Artifact::Table { name: "nearest".into(), columns }
+}
+
+/// Distance against generations, with that of the nearest shape of the atlas.
+fn progress(nearest: &[([f64; 6], f64)], told: &[Vec<f64>], found: Option<&Found>) -> Artifact {
+    let least = |values: &Vec<f64>| values.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut best = f64::INFINITY;
+    let line = told.iter().enumerate().map(|(n, values)| {
+        best = best.min(least(values));
+        [n as f64 + 1.0, best]
+    });
+    let best: Vec<[f64; 2]> = line.collect();
+    let each = told.iter().enumerate().map(|(n, values)| [n as f64 + 1.0, least(values)]);
+    let ends = [1.0, told.len() as f64];
+    let level = |label: &str, y: f64| Series {
+        label: label.into(),
+        points: ends.map(|x| [x, y]).to_vec(),
+        mark: Mark::Dashed,
+    };
+    let mut series = vec![
+        Series { label: "best so far".into(), points: best, mark: Mark::Line },
+        Series { label: "best of the generation".into(), points: each.collect(), mark: Mark::Dots },
+    ];
+    if let Some((_, distance)) = nearest.first() {
+        series.push(level("nearest of the atlas", *distance));
+    }
+    if let Some(found) = found {
+        series.push(level("between two noises", found.floor));
+    }
+    Artifact::Plot(Plot {
+        name: "search".into(),
+        title: "distance of the curvature diagrams".into(),
+        x: Axis::linear("generation"),
+        y: Axis::linear("Sinkhorn distance (1/length)"),
+        series,
+    })
+}
+
+/// The two diagrams in one picture.
+fn diagrams(query: &Query, found: &PointCloud<2>) -> Artifact {
+    let given = query.diagram.0.subsample(DOTS, 0).values;
+    let step = found.len().div_ceil(DOTS).max(1);
+    let other = (0..found.len()).step_by(step).map(|n| found.point(n));
+    let inside = |k: &[f64; 2]| k.iter().all(|k| (view::RANGE[0]..=view::RANGE[1]).contains(k));
+    let axis = |label: &str| Axis { label: label.into(), log: false, range: Some(view::RANGE) };
+    let dots = |label: &str, points: Vec<[f64; 2]>| Series {
+        label: label.into(),
+        points: points.into_iter().filter(inside).collect(),
+        mark: Mark::Dots,
+    };
+    Artifact::Plot(Plot {
+        name: "diagrams".into(),
+        title: "curvature diagrams".into(),
+        x: axis("kappa 1 (1/length)"),
+        y: axis("kappa 2 (1/length)"),
+        series: vec![dots("found", other.collect()), dots("given", given)],
+    })
+}
