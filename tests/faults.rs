@@ -314,6 +314,15 @@ fn bad_textures() {
         &["--include", "[2, 2, 2]"],
     );
     lab.refuses(&["curvature", "--size", "16", "--start", "cut.npy"], &["--start", "cut.npy"]);
+    lab.refuses(&["curvature", "atlas", "--count", "2"], &["--count", "[3, 20000]"]);
+    lab.refuses(&["curvature", "atlas", "--size", "6"], &["--size", "[8, inf)"]);
+    lab.refuses(&["curvature", "atlas", "--set", "ranges.mass=[-2, 0]"], &["ranges.mass"]);
+    lab.refuses(&["curvature", "atlas", "--pictures", "31"], &["--pictures", "[0, 30]"]);
+    lab.refuses(&["curvature", "infer"], &["FILE"]);
+    lab.refuses(&["curvature", "infer", "missing.npy"], &["missing.npy"]);
+    lab.refuses(&["curvature", "infer", "good.png"], &["good.png", "three axes"]);
+    lab.refuses(&["curvature", "infer", "solid.npy", "--atlas", "here"], &["--atlas", "here"]);
+    lab.refuses(&["curvature", "infer", "solid.npy"], &["solid.npy", "[2, 2, 2]"]);
     lab.refuses(&["render", "good.png"], &["good.png"]);
     lab.refuses(&["render", "cut.npy", "--out", "cut-shape.png"], &["cut.npy"]);
 }

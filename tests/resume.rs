@@ -16,6 +16,21 @@ const LEVEL_SET: &[&str] =
 const TOPOPT: &[&str] =
     &["topopt", "--mbb", "150x50", "--filter-radius", "3", "--solver", "multigrid"];
 
+const ATLAS: &[&str] = &[
+    "curvature",
+    "atlas",
+    "--count",
+    "12",
+    "--size",
+    "16",
+    "--evaluations",
+    "60",
+    "--cluster",
+    "3",
+    "--pictures",
+    "2",
+];
+
 fn patterns(args: &[&str], out: &Path, more: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_patterns"));
     command.args(args).arg("--out").arg(out).args(more);
@@ -68,7 +83,7 @@ fn resume(out: &Path) {
 #[test]
 fn one_and_two_threads_write_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
-    for (n, args) in [RD, LEVEL_SET, TOPOPT].into_iter().enumerate() {
+    for (n, args) in [RD, LEVEL_SET, TOPOPT, ATLAS].into_iter().enumerate() {
         let [one, two] = ["1", "2"].map(|threads| {
             let out = folder.path().join(format!("{n}-{threads}"));
             ok(&patterns(args, &out, &["--threads", threads]).output().unwrap());
@@ -81,7 +96,7 @@ fn one_and_two_threads_write_the_same_bytes() {
 #[test]
 fn a_killed_run_resumes_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
-    let runs = [(RD, "700"), (LEVEL_SET, "7"), (TOPOPT, "9")];
+    let runs = [(RD, "700"), (LEVEL_SET, "7"), (TOPOPT, "9"), (ATLAS, "1")];
     for (n, (args, every)) in runs.into_iter().enumerate() {
         let whole = folder.path().join(format!("whole-{n}"));
         ok(&patterns(args, &whole, &[]).output().unwrap());

@@ -47,7 +47,8 @@ pub(super) struct Args {
     /// l2-mass (L-BFGS, the mass kept) [default: fast].
     #[arg(long, value_parser = ["fast", "paper", "l2", "l2-mass"])]
     flow: Option<String>,
-    /// Evaluations of the energy [default: 700; paper: 8000].
+    /// Evaluations of the energy; the fast flow's steps shrink to 0 in as many, and where they are
+    /// more it anneals further than the paper, towards ordered textures [default: 700; paper: 8000].
     #[arg(long, value_name = "N")]
     evaluations: Option<u64>,
     /// Step of the method [default: its own].
@@ -85,6 +86,9 @@ pub(super) struct Args {
     /// Level of the surface that is measured and written, in (-1, 1) [default: 0].
     #[arg(long, value_name = "LEVEL", allow_hyphen_values = true)]
     level: Option<f64>,
+    /// Pictures of a film around the final shape, shape.gif; 0 for none [default: 0].
+    #[arg(long, value_name = "N")]
+    turntable: Option<u64>,
     #[command(flatten)]
     run: RunArgs,
 }
@@ -144,6 +148,7 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
     request.set_flag("include", args.include.as_deref())?;
     request.set_flag("exclude", args.exclude.as_deref())?;
     request.set_flag("level", args.level)?;
+    request.set_flag("turntable", values::integer(args.turntable))?;
     args.run.execute(request)
 }
 

@@ -42,10 +42,10 @@ pub(super) struct Args {
     /// Generations of the search, 9 shapes each [default: 20].
     #[arg(long, value_name = "N")]
     generations: Option<u64>,
-    /// Voxels of the shapes that are grown: N or NZxNYxNX [default: 64].
+    /// Voxels of the shapes that are grown: N or NZxNYxNX [default: 48].
     #[arg(long, value_name = "N")]
     size: Option<String>,
-    /// Evaluations of the energy for each shape [default: 300].
+    /// Evaluations of the energy for each shape [default: 200].
     #[arg(long, value_name = "N")]
     evaluations: Option<u64>,
     #[command(flatten)]

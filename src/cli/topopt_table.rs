@@ -97,7 +97,8 @@ fn write(runs: Vec<(String, Request)>, args: &RunArgs, folder: &mut Folder) -> R
         bail!("every run was refused");
     }
     folder.write("table.csv", table.as_bytes())?;
-    folder.write("table.png", &sheet::encode(&panels, COLUMNS)?)?;
+    let rows: Vec<_> = panels.chunks(COLUMNS).map(<[_]>::to_vec).collect();
+    folder.write("table.png", &sheet::encode(&rows, None)?)?;
     writeln!(out, "sheet: {}", folder.path().join("table.png").display())?;
     Ok(ExitCode::SUCCESS)
 }

@@ -17,6 +17,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("anisotropic", include_str!("../../examples/anisotropic.toml")),
     ("curvature", include_str!("../../examples/curvature.toml")),
     ("curvature-1", include_str!("../../examples/curvature-1.toml")),
+    ("curvature-10", include_str!("../../examples/curvature-10.toml")),
     ("curvature-11", include_str!("../../examples/curvature-11.toml")),
     ("curvature-13", include_str!("../../examples/curvature-13.toml")),
     ("curvature-2", include_str!("../../examples/curvature-2.toml")),
@@ -32,6 +33,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("spots", include_str!("../../examples/spots.toml")),
     ("strip", include_str!("../../examples/strip.toml")),
     ("topopt", include_str!("../../examples/topopt.toml")),
+    ("willmore", include_str!("../../examples/willmore.toml")),
 ];
 
 /// What a figure shows.
@@ -45,6 +47,11 @@ pub struct Caption {
     /// The file of the run's output that is the picture.
     #[serde(default = "ink")]
     pub picture: String,
+    /// Further files of each run, in rows below the first.
+    #[serde(default)]
+    pub also: Vec<String>,
+    /// Width of each panel in a figure of several (pixels); absent: as it was drawn.
+    pub width: Option<u32>,
     /// Panels in a row.
     #[serde(default = "two")]
     pub columns: usize,
@@ -118,7 +125,7 @@ pub fn all() -> Result<Vec<Figure>> {
 /// If a run fails, or the folder cannot be written to.
 pub fn make(figure: &Figure, folder: &Path, quick: bool) -> Result<PathBuf> {
     let id = &figure.caption.id;
-    let mut pictures = Vec::new();
+    let mut rows: Vec<Vec<(String, Vec<u8>)>> = vec![Vec::new(); 1 + figure.caption.also.len()];
     for (n, panel) in figure.panels.iter().enumerate() {
         let mut request = Request::new(&panel.command, panel.seed);
         request.config = panel.config.clone();
@@ -128,19 +135,31 @@ pub fn make(figure: &Figure, folder: &Path, quick: bool) -> Result<PathBuf> {
         let out = folder.join("runs").join(format!("{id}-{}", n + 1));
         let options =
             Options { out: Some(out.clone()), force: true, frames: 0, ..Options::default() };
-        let name = panel.picture.as_ref().unwrap_or(&figure.caption.picture);
         runner::run(&request, &options).with_context(|| format!("figure {id}"))?;
-        let picture = std::fs::read(out.join(name))
-            .with_context(|| format!("figure {id}: the run made no `{name}`"))?;
-        pictures.push((panel.title.clone(), picture));
+        let first = panel.picture.as_ref().unwrap_or(&figure.caption.picture);
+        let names = std::iter::once(first).chain(&figure.caption.also);
+        for (row, name) in rows.iter_mut().zip(names) {
+            let picture = std::fs::read(out.join(name))
+                .with_context(|| format!("figure {id}: the run made no `{name}`"))?;
+            row.push((panel.title.clone(), picture));
+        }
     }
-    let bytes = match pictures.as_slice() {
-        [(title, picture)] if title.is_empty() => picture.clone(),
-        _ => sheet::encode(&pictures, figure.caption.columns)?,
+    let bytes = match rows.as_slice() {
+        [row] if row.len() == 1 && row[0].0.is_empty() => row[0].1.clone(),
+        _ => sheet::encode(&interleave(&rows, figure.caption.columns), figure.caption.width)?,
     };
     let path = folder.join(format!("{id}.png"));
     output::save_bytes(&path, &bytes)?;
     Ok(path)
+}
+
+/// Rows of at most `columns` panels: of each stretch of runs the first pictures, then the others.
+fn interleave(rows: &[Vec<(String, Vec<u8>)>], columns: usize) -> Vec<Vec<(String, Vec<u8>)>> {
+    let runs = rows.first().map_or(0, Vec::len);
+    let columns = columns.clamp(1, runs.max(1));
+    let stretch =
+        |first: usize| rows.iter().map(move |row| row[first..runs.min(first + columns)].to_vec());
+    (0..runs).step_by(columns).flat_map(stretch).collect()
 }
 
 #[cfg(test)]

@@ -2,7 +2,10 @@
 
 use crate::output::{canvas::Canvas, font::Hang};
 use anyhow::{Context as _, Result};
-use image::RgbImage;
+use image::{
+    RgbImage,
+    imageops::{FilterType, resize},
+};
 
 /// Space around a panel, pixels.
 const GAP: usize = 16;
@@ -11,29 +14,32 @@ const TEXT: f64 = 20.0;
 /// Height of a caption with its space, pixels.
 const CAPTION: usize = 34;
 
-/// Puts PNG pictures in rows of `columns`, each with its caption below, as one PNG.
+/// Puts rows of PNG pictures, each with its caption below, on one PNG; all of them `width` pixels
+/// wide, or as they are.
 ///
 /// # Errors
 /// If a picture is no PNG, or the font fails.
-pub(crate) fn encode(panels: &[(String, Vec<u8>)], columns: usize) -> Result<Vec<u8>> {
+pub(crate) fn encode(rows: &[Vec<(String, Vec<u8>)>], width: Option<u32>) -> Result<Vec<u8>> {
     let decode = |(title, png): &(String, Vec<u8>)| -> Result<(String, RgbImage)> {
         let picture = image::load_from_memory(png).with_context(|| format!("panel `{title}`"))?;
-        Ok((title.clone(), picture.to_rgb8()))
+        Ok((title.clone(), scaled(picture.to_rgb8(), width)))
     };
-    let panels: Result<Vec<_>> = panels.iter().map(decode).collect();
-    let panels = panels?;
-    let columns = columns.clamp(1, panels.len().max(1));
-    let width = panels.iter().map(|(_, p)| p.width() as usize).max().unwrap_or(1);
-    let caption = if panels.iter().any(|(title, _)| !title.is_empty()) { CAPTION } else { 0 };
+    let rows: Result<Vec<Vec<_>>> =
+        rows.iter().map(|row| row.iter().map(decode).collect()).collect();
+    let rows = rows?;
+    let panels = || rows.iter().flatten();
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(1);
+    let width = panels().map(|(_, p)| p.width() as usize).max().unwrap_or(1);
+    let caption = if panels().any(|(title, _)| !title.is_empty()) { CAPTION } else { 0 };
     // Every row is as high as its highest panel.
-    let tallest = |row: &[(String, RgbImage)]| {
+    let tallest = |row: &Vec<(String, RgbImage)>| {
         row.iter().map(|(_, p)| p.height() as usize).max().unwrap_or(1)
     };
-    let heights: Vec<usize> = panels.chunks(columns).map(tallest).collect();
+    let heights: Vec<usize> = rows.iter().map(tallest).collect();
     let height: usize = heights.iter().map(|h| h + caption + GAP).sum();
     let mut sheet = Canvas::new(GAP + columns * (width + GAP), GAP + height);
     let mut top = GAP;
-    for (row, height) in panels.chunks(columns).zip(heights) {
+    for (row, height) in rows.iter().zip(heights) {
         for (n, (title, picture)) in row.iter().enumerate() {
             let left = GAP + n * (width + GAP);
             let (w, h) = (picture.width() as usize, picture.height() as usize);
@@ -51,4 +57,11 @@ pub(crate) fn encode(panels: &[(String, Vec<u8>)], columns: usize) -> Result<Vec
     let mut bytes = Vec::new();
     sheet.write_png(&mut bytes)?;
     Ok(bytes)
+}
+
+/// A picture of another width, of the same proportions.
+fn scaled(picture: RgbImage, width: Option<u32>) -> RgbImage {
+    let Some(width) = width.filter(|&w| w != picture.width()) else { return picture };
+    let height = f64::from(picture.height()) * f64::from(width) / f64::from(picture.width());
+    resize(&picture, width, (height.round() as u32).max(1), FilterType::CatmullRom)
 }

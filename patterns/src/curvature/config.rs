@@ -46,6 +46,8 @@ pub struct Config {
     pub tolerance: f64,
     /// Level of the surface that is measured and written.
     pub level: f64,
+    /// Pictures of a film around the final shape; 0: none.
+    pub turntable: usize,
 }
 
 /// Voxels along each axis.
@@ -193,6 +195,7 @@ impl Default for Config {
             precision: Precision::default(),
             tolerance: 0.0,
             level: 0.0,
+            turntable: 0,
         }
     }
 }
@@ -253,6 +256,9 @@ impl Config {
         }
         if !(self.level > -1.0 && self.level < 1.0) {
             return Err(Error::range("level", self.level, "(-1, 1)"));
+        }
+        if self.turntable > 1000 {
+            return Err(Error::range("turntable", self.turntable as f64, "[0, 1000]"));
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use super::descent::{Descent, Stored};
 use super::energy::Energy;
 use super::flow::{self, DescentConfig, Fast, FastConfig, Paper, PaperConfig, StepInfo};
 use super::{Mask, Potential, presets, start, view, written};
-use crate::{Artifact, Context, Error, Image, Metric, Result, Run, State, Status};
+use crate::{Artifact, Context, Error, Image, Metric, Result, Run, State, Status, Surface};
 use solvers::{
     Field, Grid,
     diffusion::explicit::Real,
@@ -16,6 +16,10 @@ use std::cell::RefCell;
 
 /// `(H - 20)^2 + 5 k2^2`, where the configuration names no energy.
 const VESSELS: [f64; 6] = [1.0, 2.0, 6.0, -40.0, -40.0, 400.0];
+
+/// Energy of the phase over that of its surface: 4 / (3 sqrt 2), what a unit of area has of
+/// `epsilon |grad u|^2` in the profile tanh(d / (sqrt 2 epsilon)).
+const SIGMA: f64 = 0.942_809_041_582_063_4;
 
 /// Looks at discrepancy, genus and the like in a whole run.
 const LOOKS: u64 = 12;
@@ -226,9 +230,11 @@ impl Run for Texture {
         let [energy, gradient] = self.last();
         let mut metrics = vec![
             Metric::new("energy", energy, "1"),
+            Metric::new("surface_energy", energy / SIGMA, "1"),
             Metric::new("gradient_norm", gradient, "1"),
             Metric::new("mass", self.mass(), "1"),
             Metric::new("area", self.surface(false).mesh.area(), "length^2"),
+            Metric::new("volume", self.surface(true).mesh.volume(), "length^3"),
             Metric::new("evaluations", self.flow.evaluations() as f64, "1"),
         ];
         metrics.extend(self.look());
@@ -246,8 +252,9 @@ impl Run for Texture {
     fn artifacts(&self) -> Vec<Artifact> {
         let phase = self.phase();
         let open = self.surface(false).mesh;
+        let shape = view::shape("shape", self.surface(true), self.size());
         let mut artifacts = vec![
-            view::shape(self.surface(true), self.size()),
+            Artifact::Surface(Surface { turntable: self.config.turntable, ..shape }),
             view::phase(&phase),
             view::history(&self.history),
         ];

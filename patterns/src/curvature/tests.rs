@@ -139,3 +139,64 @@ fn what_a_flow_cannot_do_is_refused() {
     let notes = start(&format!("{SMALL}coefficients = [1, 3, 1, 0, 0, 0]")).unwrap().notes();
     assert!(notes[0].contains("no lower bound"), "{notes:?}");
 }
+
+/// A phase that grew, for inference; a mesh around it is left to the laboratory's tests.
+struct Grown(Field);
+
+impl crate::Inputs for Grown {
+    fn field(&self, _: &str, _: &str) -> crate::Result<Field> {
+        Ok(self.0.clone())
+    }
+
+    fn lines(&self, key: &str, path: &str) -> crate::Result<Vec<Polyline>> {
+        NoInputs.lines(key, path)
+    }
+}
+
+/// A small texture, its two-valued copy, and what is found for both: the best that was seen, and
+/// the same by a run that is taken up again.
+#[test]
+fn inference_brings_diagrams_together() {
+    let mut run =
+        start("size = 24\nevaluations = 80\ncoefficients = [1, 2, 6, -40, -40, 400]\nmass = -0.5")
+            .unwrap();
+    while run.step().unwrap() == Status::Running {}
+    let phase = run
+        .artifacts()
+        .into_iter()
+        .find_map(|artifact| match artifact {
+            Artifact::Image(image) if image.name == "phase" => Some(image.field),
+            _ => None,
+        })
+        .unwrap();
+    let solid: Vec<f64> = phase.as_slice().iter().map(|u| f64::from(u8::from(*u > 0.0))).collect();
+    let solid = Field::from_vec(phase.grid(), solid).unwrap();
+    for (field, kind) in [(phase, "a phase field"), (solid, "two values")] {
+        let inputs = Grown(field);
+        let context = Context { seed: 3, inputs: &inputs, memory: 1 << 33 };
+        let settings = "shape = 'given.npy'\ncount = 3\ngenerations = 2\n\
+            growth = { size = 16, evaluations = 40 }";
+        let begin = || (super::infer::MODEL.start)(&settings.parse().unwrap(), &context).unwrap();
+        let mut whole = begin();
+        let mut saved = Vec::new();
+        while whole.step().unwrap() == Status::Running {
+            saved.push(whole.save());
+        }
+        let metrics = whole.metrics();
+        let metric = |name: &str| metrics.iter().find(|m| m.name == name).unwrap().value;
+        println!("{kind}: {metrics:?}");
+        assert!(whole.notes()[0].contains(kind), "{:?}", whole.notes());
+        assert!((metric("shape_mass") + 0.5).abs() < 0.05, "{}", metric("shape_mass"));
+        // What is written is the best that was seen.
+        let told = saved.last().unwrap().all_f64("told").unwrap();
+        let best = told.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(told.len() > 8 && metric("distance") <= best, "{} {best}", metric("distance"));
+        assert!(metric("distance") < 20.0, "{}", metric("distance"));
+        for state in saved.iter().step_by(2) {
+            let mut resumed = begin();
+            resumed.restore(state).unwrap();
+            while resumed.step().unwrap() == Status::Running {}
+            assert_eq!(resumed.metrics(), metrics);
+        }
+    }
+}

@@ -25,14 +25,14 @@ pub(super) fn surface(phase: Field, level: f64, caps: Caps) -> isosurface::Surfa
 }
 
 /// The shape in its box: beige, dark where the box cuts it.
-pub(super) fn shape(surface: isosurface::Surface, size: [f64; 3]) -> Artifact {
-    Artifact::Surface(Surface {
-        name: "shape".into(),
+pub(super) fn shape(name: &str, surface: isosurface::Surface, size: [f64; 3]) -> Surface {
+    Surface {
+        name: name.into(),
         mesh: surface.mesh,
         caps: surface.caps,
         frame: Some([[0.0; 3], size]),
         ..Surface::default()
-    })
+    }
 }
 
 /// The phase: a slice, and all numbers.

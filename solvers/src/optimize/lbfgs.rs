@@ -12,11 +12,13 @@ pub struct LbfgsConfig {
     pub history: usize,
     /// Evaluations of one line search, at least 1.
     pub searches: usize,
+    /// Greatest change of a variable in one step, positive; `None` for any.
+    pub reach: Option<f64>,
 }
 
 impl Default for LbfgsConfig {
     fn default() -> Self {
-        Self { history: 10, searches: 25 }
+        Self { history: 10, searches: 25, reach: None }
     }
 }
 
@@ -72,6 +74,9 @@ impl<T: Float> Lbfgs<T> {
             if value == 0 {
                 return Err(Error::out_of_range(name, 0.0, "[1, inf)"));
             }
+        }
+        if let Some(reach) = config.reach.filter(|reach| !(*reach > 0.0 && reach.is_finite())) {
+            return Err(Error::out_of_range("reach", reach, "(0, inf)"));
         }
         let zeros = || vec![T::from_f64(0.0); x.len()];
         let (gradient, direction, trial, trial_gradient) = (zeros(), zeros(), zeros(), zeros());
@@ -187,6 +192,14 @@ impl<T: Float> Lbfgs<T> {
         dot(d, &self.gradient)
     }
 
+    /// Length along the direction at which a variable changes by the greatest step.
+    fn longest(&self) -> f64 {
+        let Some(reach) = self.config.reach else { return f64::INFINITY };
+        let parts = self.direction.par_chunks(PART);
+        let greatest = |d: &[T]| d.iter().map(|d| d.to_f64().abs()).fold(0.0, f64::max);
+        reach / parts.map(greatest).reduce(|| 0.0, f64::max)
+    }
+
     /// Bisection for a weak Wolfe point; goes there and returns its length, or that of the
     /// farthest point low enough, or 0.
     fn search(
@@ -197,7 +210,8 @@ impl<T: Float> Lbfgs<T> {
         evaluate: &mut impl FnMut(&[T], &mut [T]) -> f64,
         evaluations: &mut usize,
     ) -> f64 {
-        let (mut low, mut high, mut length) = (0.0, f64::INFINITY, first);
+        let most = self.longest();
+        let (mut low, mut high, mut length) = (0.0, f64::INFINITY, first.min(most));
         for search in 0..self.config.searches {
             let last = search + 1 == self.config.searches;
             let (x, d, t) = (&self.x, &self.direction, T::from_f64(length));
@@ -207,12 +221,12 @@ impl<T: Float> Lbfgs<T> {
             *evaluations += 1;
             let along = dot(&self.trial_gradient, &self.direction);
             let enough = found <= value + DECREASE * length * slope && along.is_finite();
-            if enough && (along >= SLOPE * slope || last || length == low) {
+            if enough && (along >= SLOPE * slope || last || length == low || length == most) {
                 self.accept(found);
                 return length;
             }
             *(if enough { &mut low } else { &mut high }) = length;
-            length = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * length };
+            length = if high.is_finite() { 0.5 * (low + high) } else { (2.0 * length).min(most) };
             // The last try is at a point known to be low enough.
             if search + 2 == self.config.searches && low > 0.0 {
                 length = low;
@@ -316,5 +330,30 @@ mod tests {
             solver.step(evaluate, None).unwrap();
         }
         assert!((solver.x()[0] - 0.999).abs() < 1e-6, "{:?}", solver.x());
+    }
+
+    /// No variable moves farther than `reach`, and the minimum is still found.
+    #[test]
+    fn steps_stay_within_reach() {
+        let evaluate = |x: &[f64], g: &mut [f64]| {
+            g.copy_from_slice(&[x[0] - 9.0, 0.5 * (x[1] + 4.0)]);
+            0.5 * (x[0] - 9.0).powi(2) + 0.25 * (x[1] + 4.0).powi(2)
+        };
+        let config = LbfgsConfig { reach: Some(0.75), ..LbfgsConfig::default() };
+        let mut solver = Lbfgs::new(config, vec![0.0; 2]).unwrap();
+        let mut steps = 0;
+        loop {
+            let before = solver.x().to_vec();
+            let step = solver.step(evaluate, None).unwrap();
+            let moved = before.iter().zip(solver.x()).map(|(a, b)| (a - b).abs());
+            let moved = moved.fold(0.0, f64::max);
+            assert!(moved <= 0.75 + 1e-12, "{moved}");
+            steps += 1;
+            if step.gradient_norm < 1e-9 {
+                break;
+            }
+        }
+        assert!((12..40).contains(&steps), "{steps} steps");
+        assert!(Lbfgs::new(LbfgsConfig { reach: Some(0.0), ..config }, vec![0.0]).is_err());
     }
 }

@@ -128,7 +128,7 @@ impl Config {
         }
         whole("map.cluster", self.map.cluster, 2, 20_000)?;
         whole("map.samples", self.map.samples, 1, 20_000)?;
-        whole("map.pictures", self.map.pictures, 0, 40)
+        whole("map.pictures", self.map.pictures, 0, 30)
     }
 
     /// Most draws of parameters.

@@ -85,10 +85,8 @@ fn thumbnail(draws: &Draws, member: &Member) -> Option<Surface> {
     let phase = draws.phase(member).ok()?;
     let grid = phase.grid();
     let [nz, ny, nx] = grid.shape().map(|n| n as f64 * grid.spacing());
-    match view::shape(view::surface(phase, 0.0, Caps::PeriodicClosed), [nx, ny, nz]) {
-        Artifact::Surface(surface) => Some(surface),
-        _ => None,
-    }
+    let surface = view::surface(phase, 0.0, Caps::PeriodicClosed);
+    Some(view::shape("shape", surface, [nx, ny, nz]))
 }
 
 /// `count` points far from each other: each next one is the farthest from all before it.

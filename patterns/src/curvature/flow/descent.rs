@@ -28,7 +28,8 @@ pub struct DescentConfig {
 
 impl Default for DescentConfig {
     fn default() -> Self {
-        let lbfgs = LbfgsConfig::default();
+        // Longer steps carry surfaces through each other: a front moves by sqrt(2) epsilon / 2.
+        let lbfgs = LbfgsConfig { reach: Some(0.5), ..LbfgsConfig::default() };
         Self { lbfgs, sigma: Some(1.0), keep_mass: false, beta: None }
     }
 }

@@ -1,6 +1,7 @@
 //! The configuration of an inference.
 
 use crate::curvature::atlas::{Distance, Ranges, whole};
+use crate::curvature::config::Size;
 use crate::curvature::grow::Growth;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -66,7 +67,7 @@ impl Default for Config {
             nearest: 8,
             generations: 20,
             width: 0.12,
-            growth: Growth::default(),
+            growth: Growth { size: Size::Cube(48), evaluations: 200, ..Growth::default() },
             ranges: Ranges::default(),
             distance: Distance::default(),
         }

@@ -134,8 +134,11 @@ fn volume(mut given: Field, config: &Config) -> Result<(Field, String)> {
         true => format!("a volume of two values, blurred by {} voxels", config.smooth),
         false => format!("a volume with its surface at {level}"),
     };
-    if two {
+    let mut level = level;
+    if two && config.smooth > 0.0 {
+        let inside = given.as_slice().iter().filter(|&&v| v > level).count();
         given = blurred(&given, config.smooth)?;
+        level = same_volume(&given, inside);
     }
     given.as_mut_slice().iter_mut().for_each(|v| *v = sign * (*v - level));
     Ok((profile(given, 0.0, config)?, note))
@@ -150,10 +153,15 @@ fn is_phase(given: &Field, epsilon: f64) -> Result<bool> {
     Ok(Energy::<f64>::new(config)?.discrepancy(given.as_slice()) < PHASE)
 }
 
+/// The level above which as many voxels lie: a blur alone would make thin tubes thinner.
+fn same_volume(blurred: &Field, inside: usize) -> f64 {
+    let mut values = blurred.as_slice().to_vec();
+    values.sort_unstable_by(|a, b| b.total_cmp(a));
+    let last = inside.clamp(1, values.len() - 1);
+    0.5 * (values[last - 1] + values[last])
+}
+
 fn blurred(given: &Field, sigma: f64) -> Result<Field> {
-    if sigma == 0.0 {
-        return Ok(given.clone());
-    }
     let mut blur = Blur::<f64>::new(given.grid().shape(), sigma, BlurEdges::Replicate)?;
     let (mut between, mut out) = (given.as_slice().to_vec(), given.as_slice().to_vec());
     blur.apply(&Stored(given.as_slice()), &mut between, &mut out);

@@ -142,17 +142,15 @@ impl Inference {
 
     /// Grows the parameters that were found, from two noises.
     fn prove(&mut self) -> Result<()> {
-        let mass = self.query.mass;
-        let searched = self.search.as_ref().and_then(Search::best);
-        let Some(&(first, near)) = self.nearest.first() else { return Ok(()) };
-        let parameters = match searched {
-            Some((point, value)) if value < near => Search::parameters(&self.config, point, mass),
-            _ => {
-                let mut own = first;
-                own[PARAMETERS - 1] = mass;
-                own
-            }
-        };
+        let Some(&(mut first, _)) = self.nearest.first() else { return Ok(()) };
+        first[PARAMETERS - 1] = self.query.mass;
+        let mut near = (first, self.grown_distance(first)?);
+        if let Some((point, value)) = self.search.as_ref().and_then(Search::best)
+            && value < near.1
+        {
+            near = (Search::parameters(&self.config, point, self.query.mass), value);
+        }
+        let parameters = near.0;
         let grow = |seed: u64| search::grow(&self.config, parameters, seed);
         let (one, two) = rayon::join(|| grow(self.seed), || grow(self.seed.wrapping_add(1)));
         let (Some(shape), Some(other)) = (one?, two?) else { return Ok(()) };
@@ -168,6 +166,12 @@ impl Inference {
             shape,
         });
         Ok(())
+    }
+
+    /// Distance of what some parameters grow from the given shape.
+    fn grown_distance(&self, parameters: [f64; 6]) -> Result<f64> {
+        let shape = search::grow(&self.config, parameters, self.seed)?;
+        search::distance(shape.as_deref(), &self.wanted, &self.transport, &self.config)
     }
 
     fn generations(&self) -> u64 {

@@ -32,12 +32,7 @@ fn shape(name: &str, phase: &Field, caps: Caps) -> Artifact {
     let grid = phase.grid();
     let [nz, ny, nx] = grid.shape().map(|n| n as f64 * grid.spacing());
     let surface = view::surface(phase.clone(), 0.0, caps);
-    match view::shape(surface, [nx, ny, nz]) {
-        Artifact::Surface(surface) => {
-            Artifact::Surface(crate::Surface { name: name.into(), ..surface })
-        }
-        other => other,
-    }
+    Artifact::Surface(view::shape(name, surface, [nx, ny, nz]))
 }
 
 fn table(nearest: &[([f64; 6], f64)]) -> Artifact {

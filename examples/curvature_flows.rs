@@ -1,0 +1,142 @@
+//! The fast flow beside the published one: energies, evaluations, seconds, and whether both
+//! grow the same texture, over several seeds.
+//!
+//! `cargo run --release --example curvature_flows -- [SIZE] [SEEDS] [PRESETS,..]`; at the published
+//! size of 100 a seed takes some minutes.
+#![allow(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "a study reads the clock and prints a table"
+)]
+
+use patterns::Result;
+use patterns::curvature::energy::{Energy, EnergyConfig, Spatial};
+use patterns::curvature::flow::{Fast, FastConfig, Paper, PaperConfig};
+use patterns::curvature::{Coefficients, Diagram, Potential};
+use solvers::{
+    Field, Grid,
+    isosurface::{self, Caps},
+    optimize::AdamConfig,
+};
+use std::time::Instant;
+
+/// Name, coefficients, mass, evaluations and rate of the fast flow.
+type Case = (&'static str, [f64; 6], f64, u64, f64);
+
+const CASES: [Case; 4] = [
+    ("tubes", [1.0, 2.0, 6.0, -40.0, -40.0, 400.0], -0.6, 700, 1.0),
+    ("bilayers", [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], -0.4, 700, 1.0),
+    ("layers", [2.0, 2.0, 2.0, 0.0, 0.0, 0.0], -0.3, 2000, 1.0),
+    ("sponges", [1.0, 2.8, 2.0, -10.0, -10.0, 25.0], -0.25, 2000, 1.0),
+];
+
+/// Steps of the published flow.
+const STEPS: u64 = 4000;
+
+/// What a flow came to.
+struct End {
+    energy: f64,
+    discrepancy: f64,
+    seconds: f64,
+    diagram: Diagram,
+}
+
+fn main() -> Result<()> {
+    let argument = |n: usize| std::env::args().nth(n);
+    let number = |n: usize, default: usize| {
+        argument(n).and_then(|text| text.parse().ok()).unwrap_or(default)
+    };
+    let (size, seeds) = (number(1, 100), number(2, 5));
+    let wanted = argument(3).unwrap_or_default();
+    let chosen = |name: &str| wanted.is_empty() || wanted.split(',').any(|w| w == name);
+    for (name, coefficients, mass, evaluations, rate) in CASES.into_iter().filter(|c| chosen(c.0)) {
+        println!("{name}: seed, published F ND s, fast F ND s, evaluations to the published F");
+        let (mut published, mut fast) = (Vec::new(), Vec::new());
+        for seed in 1..=seeds as u64 {
+            let problem = Problem { size, coefficients, mass, seed };
+            let one = problem.published()?;
+            let (two, reached) = problem.fast(evaluations, rate, one.energy)?;
+            let reached = reached.map_or("not reached".into(), |(n, s)| format!("{n} in {s:.1} s"));
+            println!(
+                "  {seed}  {:9.1} {:.3} {:6.1}  {:9.1} {:.3} {:6.1}  {reached}",
+                one.energy, one.discrepancy, one.seconds, two.energy, two.discrepancy, two.seconds
+            );
+            published.push(one);
+            fast.push(two);
+        }
+        let among = distances(&published, &published)?;
+        let between = distances(&fast, &published)?;
+        println!("  diagrams: published among themselves {}", summary(&among));
+        println!("            fast from published        {}", summary(&between));
+    }
+    Ok(())
+}
+
+struct Problem {
+    size: usize,
+    coefficients: [f64; 6],
+    mass: f64,
+    seed: u64,
+}
+
+impl Problem {
+    fn start(&self) -> Result<Paper<f32>> {
+        let shape = [self.size; 3];
+        let coefficients = Coefficients::from(self.coefficients);
+        let energy = Energy::new(EnergyConfig::new(shape, 0.01, 0.02, coefficients))?;
+        let potential = Potential::new(shape, 0.01, 2.0, &Spatial::Uniform(self.mass))?;
+        Ok(Paper::new(energy, potential, PaperConfig::default(), self.seed)?)
+    }
+
+    fn published(&self) -> Result<End> {
+        let (mut flow, clock) = (self.start()?, Instant::now());
+        let mut energy = f64::NAN;
+        for _ in 0..=STEPS {
+            energy = flow.step()?.energy;
+        }
+        end(flow.energy(), flow.phase(), energy, clock.elapsed().as_secs_f64())
+    }
+
+    /// The fast flow from the same start, and when it was first below `target`.
+    fn fast(&self, evaluations: u64, rate: f64, target: f64) -> Result<(End, Option<(u64, f64)>)> {
+        let start = self.start()?;
+        let adam = AdamConfig { rate, ..FastConfig::default().adam };
+        let config = FastConfig { adam, decay: Some(evaluations), ..FastConfig::default() };
+        let mut flow = Fast::new(start.energy().clone(), config, start.phase().to_vec())?;
+        let (clock, mut reached, mut energy) = (Instant::now(), None, f64::NAN);
+        for n in 1..=evaluations {
+            energy = flow.step()?.energy;
+            if reached.is_none() && energy <= target {
+                reached = Some((n, clock.elapsed().as_secs_f64()));
+            }
+        }
+        let seconds = clock.elapsed().as_secs_f64();
+        Ok((end(flow.energy(), flow.phase(), energy, seconds)?, reached))
+    }
+}
+
+fn end(energy: &Energy<f32>, u: &[f32], value: f64, seconds: f64) -> Result<End> {
+    let grid = Grid::new(&energy.config().shape, energy.config().dx)?;
+    let phi = Field::from_vec(grid, u.iter().map(|&u| -f64::from(u)).collect())?;
+    let mesh = isosurface::surface(&phi, 0.0, Caps::Periodic)?.mesh;
+    let diagram = Diagram::of(energy, u, &mesh)?;
+    Ok(End { energy: value, discrepancy: energy.discrepancy(u), seconds, diagram })
+}
+
+/// Distances of all pairs of different seeds.
+fn distances(a: &[End], b: &[End]) -> Result<Vec<f64>> {
+    let mut distances = Vec::new();
+    for (i, one) in a.iter().enumerate() {
+        for (j, two) in b.iter().enumerate().filter(|(j, _)| *j != i) {
+            distances.push(one.diagram.distance(&two.diagram, (i * b.len() + j) as u64)?);
+        }
+    }
+    Ok(distances)
+}
+
+fn summary(distances: &[f64]) -> String {
+    let mean = distances.iter().sum::<f64>() / distances.len().max(1) as f64;
+    let most = distances.iter().copied().fold(0.0, f64::max);
+    let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
+    format!("mean {mean:.2}, from {least:.2} to {most:.2} 1/length")
+}

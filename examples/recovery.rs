@@ -1,0 +1,95 @@
+//! Recovery of known parameters: textures are grown from other noise than the search's, and what
+//! is found is put beside what made them.
+//!
+//! `cargo run --release --example recovery -- ATLAS [SIZE] [GENERATIONS] [PRESETS,..]`, ATLAS being
+//! the output folder of `patterns curvature atlas`; some minutes a texture.
+#![allow(clippy::print_stdout, reason = "a study prints a table")]
+
+use lab::inputs::FileInputs;
+use patterns::curvature::{atlas, infer};
+use patterns::{Artifact, Context, Inputs, MODELS, Result, Run, Status};
+use solvers::{Field, isosurface::Polyline};
+
+const KNOWN: [&str; 4] = ["tubes", "bilayers", "vesicles", "sponges"];
+const PARAMETERS: [&str; 6] = ["a11", "a02", "b10", "b01", "c", "mass"];
+
+/// The grown phase under the name `given`; files otherwise.
+struct Given {
+    phase: Field,
+    files: FileInputs,
+}
+
+impl Inputs for Given {
+    fn field(&self, key: &str, path: &str) -> Result<Field> {
+        if path == "given" { Ok(self.phase.clone()) } else { self.files.field(key, path) }
+    }
+
+    fn lines(&self, key: &str, path: &str) -> Result<Vec<Polyline>> {
+        self.files.lines(key, path)
+    }
+}
+
+fn main() -> Result<()> {
+    let argument = |n: usize| std::env::args().nth(n);
+    let number =
+        |n: usize, default: u64| argument(n).and_then(|text| text.parse().ok()).unwrap_or(default);
+    let Some(folder) = argument(1) else {
+        println!("name the output folder of `patterns {}`", atlas::MODEL.name);
+        return Ok(());
+    };
+    let (size, generations) = (number(2, 48), number(3, 20));
+    let wanted = argument(4).unwrap_or_default();
+    let chosen = |name: &str| wanted.is_empty() || wanted.split(',').any(|w| w == name);
+    for name in KNOWN.into_iter().filter(|name| chosen(name)) {
+        let texture = format!("preset = '{name}'\nsize = {size}\nevaluations = 300");
+        let (grown, known) = finish("curvature", &texture, 77, &FileInputs::new(vec![]))?;
+        let phase = grown.artifacts().into_iter().find_map(|artifact| match artifact {
+            Artifact::Image(image) if image.name == "phase" => Some(image.field),
+            _ => None,
+        });
+        let Some(phase) = phase else { continue };
+        let given = Given { phase, files: FileInputs::new(vec![".".into()]) };
+        let search = format!("shape = 'given'\natlas = '{folder}'\ngenerations = {generations}");
+        let (run, _) = finish(infer::MODEL.name, &search, 1, &given)?;
+        let metrics = run.metrics();
+        let metric =
+            |name: &str| metrics.iter().find(|m| m.name == name).map_or(f64::NAN, |m| m.value);
+        println!(
+            "{name}: distance {:.2} (nearest of the atlas {:.2}, other noise {:.2}, between noises {:.2})",
+            metric("distance"),
+            metric("nearest_distance"),
+            metric("distance_other_noise"),
+            metric("distance_of_noises")
+        );
+        let list = known.get("coefficients").and_then(toml::Value::as_array);
+        let coefficient = |n: usize| {
+            let value = list.and_then(|list| list.get(n)).cloned();
+            value.and_then(|v| v.as_float()).unwrap_or(f64::NAN)
+        };
+        for (n, parameter) in PARAMETERS.into_iter().enumerate() {
+            let truth = match parameter {
+                "mass" => known.get("mass").and_then(toml::Value::as_float).unwrap_or(f64::NAN),
+                _ => coefficient(n + 1),
+            };
+            let spread = metric(&format!("{parameter}_spread"));
+            println!("  {parameter:4} {truth:9.3} found {:9.3} +- {spread:.3}", metric(parameter));
+        }
+    }
+    Ok(())
+}
+
+/// Runs a model to its end; the run and its whole configuration.
+fn finish(
+    model: &str,
+    config: &str,
+    seed: u64,
+    inputs: &dyn Inputs,
+) -> Result<(Box<dyn Run>, toml::Table)> {
+    let context = Context { seed, inputs, memory: 4 << 30 };
+    let table: toml::Table = config.parse().unwrap_or_default();
+    let model = MODELS.iter().find(|m| m.name == model).copied().unwrap_or(&infer::MODEL);
+    let mut run = (model.start)(&table, &context)?;
+    while run.step()? == Status::Running {}
+    let config = run.config();
+    Ok((run, config))
+}
