@@ -53,16 +53,18 @@ fn parts(n: usize, threads: usize) {
     report("blur", n, threads, || blur.apply(&Stored(&start), &mut between, &mut out));
 }
 
-/// Wall time of the best of several calls, and mean processor time.
+/// Median wall time of several calls, and mean processor time.
 fn report(part: &str, n: usize, threads: usize, mut call: impl FnMut()) {
     let calls = (60_000_000 / (n * n * n)).max(3);
     call();
-    let (mut wall, busy) = (f64::INFINITY, lab::bench::processor_seconds());
+    let (mut walls, busy) = (Vec::with_capacity(calls), lab::bench::processor_seconds());
     for _ in 0..calls {
         let start = Instant::now();
         call();
-        wall = wall.min(start.elapsed().as_secs_f64() * 1e3);
+        walls.push(start.elapsed().as_secs_f64() * 1e3);
     }
+    walls.sort_by(f64::total_cmp);
+    let wall = walls[calls / 2];
     let cpu = (lab::bench::processor_seconds() - busy) * 1e3 / calls as f64;
     println!("{part}\t{n}\t{threads}\t{wall:.2}\t{cpu:.2}");
 }
