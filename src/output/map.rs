@@ -273,15 +273,15 @@ fn slots() -> Vec<[usize; 2]> {
     upper.chain(right).chain(lower).chain(left).collect()
 }
 
-/// A slot for each place: in the order of their angles around the middle, so that no lines
-/// cross far from the slots, turned so that the lines are short.
+/// A slot for each place: in the order of their angles around the middle of all places, so that
+/// few lines cross, turned so that the lines are short.
 fn assign(places: &[[f64; 2]], slots: &[[usize; 2]]) -> Vec<[usize; 2]> {
     let n = places.len().min(slots.len());
     if n == 0 {
         return Vec::new();
     }
     let even: Vec<[usize; 2]> = (0..n).map(|k| slots[k * slots.len() / n]).collect();
-    let middle = Sheet::SIZE.map(|n| 0.5 * n as f64);
+    let middle = [0, 1].map(|c| places.iter().map(|p| p[c]).sum::<f64>() / places.len() as f64);
     let angle = |p: [f64; 2]| (p[1] - middle[1]).atan2(p[0] - middle[0]);
     let center = |s: [usize; 2]| s.map(|v| v as f64 + 0.5 * SIDE as f64);
     let mut order: Vec<usize> = (0..n).collect();
