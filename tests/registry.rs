@@ -1,16 +1,38 @@
 //! Rules that every model obeys; a new model is tested without touching this file.
 
-use patterns::{Context, MODELS, Model, NoInputs, Run, Status};
+use patterns::{Context, Inputs, MODELS, Model, NoInputs, Result, Run, Status};
+use solvers::{Field, Grid, isosurface::Polyline};
 use toml::Table;
 
-const SEED: Context<'static> = Context { seed: 7, inputs: &NoInputs, memory: 1 << 32 };
+const SEED: Context<'static> = Context { seed: 7, inputs: &Ball, memory: 1 << 32 };
+
+/// A ball in space for models that want a shape; no lines.
+struct Ball;
+
+impl Inputs for Ball {
+    fn field(&self, _: &str, _: &str) -> Result<Field> {
+        let far = |p: [f64; 3]| p.iter().map(|x| (x - 7.5).powi(2)).sum::<f64>().sqrt();
+        Ok(Field::from_fn(Grid::new(&[16; 3], 1.0)?, |p| if far(p) < 5.0 { 1.0 } else { 0.0 }))
+    }
+
+    fn lines(&self, key: &str, path: &str) -> Result<Vec<Polyline>> {
+        NoInputs.lines(key, path)
+    }
+}
 
 /// What is refused on purpose: a structure without a problem, and the row of Table 1.1 whose
 /// load acts on a support.
 const REFUSED: &[(&str, &str)] = &[("topopt", "default"), ("topopt", "row-o")];
 
 /// Settings that make the steps of a model in space short.
-const SMALL: &[(&str, &str)] = &[("curvature", "size = 16")];
+const SMALL: &[(&str, &str)] = &[
+    ("curvature", "size = 16"),
+    ("curvature-atlas", "count = 40\ngrowth = { size = 16, evaluations = 20 }"),
+    (
+        "curvature-infer",
+        "shape = 'ball'\ncount = 3\ngenerations = 2\ngrowth = { size = 16, evaluations = 20 }",
+    ),
+];
 
 /// Every preset and the default of a model, but for what is refused.
 fn configs(model: &Model) -> Vec<(String, Table)> {
