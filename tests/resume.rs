@@ -127,7 +127,7 @@ fn ctrl_c_saves_and_says_how_to_go_on() {
     let output = child.wait_with_output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains(&format!("patterns rd --resume {}", stopped.display())), "{said}");
+    assert!(said.contains(&format!("patterns run --resume {}", stopped.display())), "{said}");
     resume(&stopped);
     assert_same(&whole, &stopped);
 }
