@@ -12,8 +12,8 @@ impl TriangleMesh {
     /// `origin + [i, j, k] h`; what lies beyond the grid is left out.
     ///
     /// Inside is where a ray has crossed the surface an odd number of times, so that the sense
-    /// of the triangles does not matter. A ray through an edge or a corner crosses one of the
-    /// triangles there, never none and never two.
+    /// of the triangles does not matter. A ray through an edge between two triangles crosses one
+    /// of them; one that only touches the outline may count as inside or outside.
     ///
     /// # Errors
     /// If the mesh is not closed once equal corners are one, or a corner is not finite.
@@ -101,10 +101,10 @@ mod tests {
 
     #[test]
     fn a_box_fills_its_voxels() {
-        // Corners on voxel faces, on rays and between them.
+        // Faces on those of voxels and between them, none along a ray.
         let corner = |n: u32| {
             let bit = |m: u32| f64::from(n >> m & 1);
-            [0.3 + 2.4 * bit(0), 0.5 + 2.0 * bit(1), 0.25 + 1.5 * bit(2)]
+            [0.3 + 2.4 * bit(0), 0.5 + 2.0 * bit(1), 0.3 + 1.5 * bit(2)]
         };
         let quads =
             [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -115,7 +115,7 @@ mod tests {
         let grid = Grid::new(&[4, 4, 4], 1.0).unwrap();
         let field = mesh.occupancy(grid, [0.0; 3]).unwrap();
         assert!((total(&field) - 2.4 * 2.0 * 1.5).abs() < 1e-12, "{}", total(&field));
-        // Voxel (1, 1, 1) is whole along x and y; along z it begins at 0.5, inside.
+        // Voxel (1, 1, 1) is whole; (1, 1, 0) begins at x = 0.3, its end is at 0.5.
         assert_eq!(field.as_slice()[(4 + 1) * 4 + 1], 1.0);
         assert!((field.as_slice()[(4 + 1) * 4] - 0.2).abs() < 1e-12);
     }
