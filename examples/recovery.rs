@@ -6,8 +6,8 @@
 #![allow(clippy::print_stdout, reason = "a study prints a table")]
 
 use lab::inputs::FileInputs;
-use patterns::curvature::{atlas, infer};
-use patterns::{Artifact, Context, Inputs, MODELS, Result, Run, Status};
+use patterns::curvature::{self, atlas, infer};
+use patterns::{Artifact, Context, Inputs, Model, Result, Run, Status};
 use solvers::{Field, isosurface::Polyline};
 
 const KNOWN: [&str; 4] = ["tubes", "bilayers", "vesicles", "sponges"];
@@ -42,7 +42,7 @@ fn main() -> Result<()> {
     let chosen = |name: &str| wanted.is_empty() || wanted.split(',').any(|w| w == name);
     for name in KNOWN.into_iter().filter(|name| chosen(name)) {
         let texture = format!("preset = '{name}'\nsize = {size}\nevaluations = 300");
-        let (grown, known) = finish("curvature", &texture, 77, &FileInputs::new(vec![]))?;
+        let (grown, known) = finish(&curvature::MODEL, &texture, 77, &FileInputs::new(vec![]))?;
         let phase = grown.artifacts().into_iter().find_map(|artifact| match artifact {
             Artifact::Image(image) if image.name == "phase" => Some(image.field),
             _ => None,
@@ -50,7 +50,7 @@ fn main() -> Result<()> {
         let Some(phase) = phase else { continue };
         let given = Given { phase, files: FileInputs::new(vec![".".into()]) };
         let search = format!("shape = 'given'\natlas = '{folder}'\ngenerations = {generations}");
-        let (run, _) = finish(infer::MODEL.name, &search, 1, &given)?;
+        let (run, _) = finish(&infer::MODEL, &search, 1, &given)?;
         let metrics = run.metrics();
         let metric =
             |name: &str| metrics.iter().find(|m| m.name == name).map_or(f64::NAN, |m| m.value);
@@ -80,14 +80,13 @@ fn main() -> Result<()> {
 
 /// Runs a model to its end; the run and its whole configuration.
 fn finish(
-    model: &str,
+    model: &Model,
     config: &str,
     seed: u64,
     inputs: &dyn Inputs,
 ) -> Result<(Box<dyn Run>, toml::Table)> {
     let context = Context { seed, inputs, memory: 4 << 30 };
     let table: toml::Table = config.parse().unwrap_or_default();
-    let model = MODELS.iter().find(|m| m.name == model).copied().unwrap_or(&infer::MODEL);
     let mut run = (model.start)(&table, &context)?;
     while run.step()? == Status::Running {}
     let config = run.config();

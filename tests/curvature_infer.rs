@@ -40,7 +40,7 @@ fn files_of_one_texture_are_one_shape() {
     let of = |name: &str, what: &str| metric(&at.join(name), what);
     // A phase of thin tubes is not quite the profile of a distance: its mean is .03 greater.
     for name in ["labels", "mesh"] {
-        for (what, bound) in [("shape_mass", 0.05), ("shape_area_density", 0.6)] {
+        for (what, bound) in [("shape_mass", 0.04), ("shape_area_density", 0.25)] {
             let (read, whole) = (of(name, what), of("phase", what));
             println!("{name} {what}: {read:.4}, of the phase {whole:.4}");
             assert!((read - whole).abs() < bound, "{name} {what}: {read} {whole}");

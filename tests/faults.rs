@@ -323,6 +323,15 @@ fn bad_textures() {
     lab.refuses(&["curvature", "infer", "good.png"], &["good.png", "three axes"]);
     lab.refuses(&["curvature", "infer", "solid.npy", "--atlas", "here"], &["--atlas", "here"]);
     lab.refuses(&["curvature", "infer", "solid.npy"], &["solid.npy", "[2, 2, 2]"]);
+    let cube = |value: fn(usize) -> f64| {
+        let values: Vec<u8> = (0..512).flat_map(|n| value(n).to_le_bytes()).collect();
+        npy("<f8", "(8, 8, 8)", &values)
+    };
+    lab.write("two.npy", &cube(|n| if n < 100 { 1.0 } else { 0.0 }));
+    lab.refuses(&["curvature", "infer", "two.npy", "--label", "7"], &["--label", "no voxel", "7"]);
+    lab.refuses(&["curvature", "infer", "two.npy", "--level", "2"], &["--level", "(0, 1)"]);
+    lab.write("one.npy", &cube(|_| 4.0));
+    lab.refuses(&["curvature", "infer", "one.npy"], &["one.npy", "every voxel", "4"]);
     lab.refuses(&["render", "good.png"], &["good.png"]);
     lab.refuses(&["render", "cut.npy", "--out", "cut-shape.png"], &["cut.npy"]);
 }

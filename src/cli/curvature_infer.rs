@@ -39,7 +39,7 @@ pub(super) struct Args {
     /// Standard deviation of the blur of a volume of two values, voxels [default: 1.5].
     #[arg(long, value_name = "VOXELS")]
     smooth: Option<f64>,
-    /// Generations of the search, 9 shapes each [default: 20].
+    /// Generations of the search, 8 shapes each [default: 20].
     #[arg(long, value_name = "N")]
     generations: Option<u64>,
     /// Voxels of the shapes that are grown: N or NZxNYxNX [default: 48].

@@ -239,16 +239,15 @@ struct Scale {
 
 impl Scale {
     fn new(points: &[MapPoint], frame: [f64; 4]) -> Self {
-        let range = |c: usize| {
-            let [low, high] = axes::data_range(points.iter().map(|p| p.position[c]), false);
-            [0.5 * (low + high), 0.54 * (high - low)]
-        };
-        let [x, y] = [range(0), range(1)];
-        let [width, height] = [frame[2] - frame[0], frame[3] - frame[1]];
-        // Half a unit of the map in pixels, as the tighter axis allows.
-        let unit = (width / x[1]).min(height / y[1]);
-        let ranges = [[x, [width, 0.0]], [y, [height, 0.0]]]
-            .map(|[[middle, _], [pixels, _]]| [middle - pixels / unit, middle + pixels / unit]);
+        let pixels = [frame[2] - frame[0], frame[3] - frame[1]];
+        let data = [0, 1].map(|c| axes::data_range(points.iter().map(|p| p.position[c]), false));
+        // A pixel in units of the map, as the tighter axis allows.
+        let pixel = [0, 1].map(|c| 1.08 * (data[c][1] - data[c][0]) / pixels[c]);
+        let pixel = pixel[0].max(pixel[1]);
+        let ranges = [0, 1].map(|c| {
+            let (middle, half) = (0.5 * (data[c][0] + data[c][1]), 0.5 * pixel * pixels[c]);
+            [middle - half, middle + half]
+        });
         Self { ranges, frame }
     }
 

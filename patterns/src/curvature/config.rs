@@ -341,7 +341,8 @@ fn finite(key: &str, value: f64) -> Result<()> {
     if value.is_finite() { Ok(()) } else { Err(Error::range(key, value, "(-inf, inf)")) }
 }
 
-fn positive(key: &str, value: f64) -> Result<()> {
+/// Refuses numbers that are not positive.
+pub(super) fn positive(key: &str, value: f64) -> Result<()> {
     let good = value > 0.0 && value.is_finite();
     if good { Ok(()) } else { Err(Error::range(key, value, "(0, inf)")) }
 }

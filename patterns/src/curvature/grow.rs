@@ -76,7 +76,7 @@ pub(crate) struct Shape {
 
 /// Names of [`Shape::measures`].
 pub(crate) const MEASURES: [&str; 6] =
-    ["energy", "normalized_discrepancy", "mass", "area", "genus", "components"];
+    ["energy", "normalized_discrepancy", "mass_measured", "area", "genus", "components"];
 
 impl Growth {
     /// Refuses values out of range; `key` is that of the table.

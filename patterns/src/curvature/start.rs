@@ -1,6 +1,6 @@
 //! Where a flow starts.
 
-use super::config::{Config, Start};
+use super::config::{Config, Start, positive};
 use super::energy::{Scalar, Spatial};
 use super::{Potential, flow};
 use crate::{Context, Error, Result};
@@ -106,9 +106,4 @@ fn profile(config: &Config, shape: impl Fn([f64; 3]) -> f64 + Sync) -> Result<Ve
     level_set::redistance(&mut phi, solvers::Boundary::Neumann)?;
     let width = std::f64::consts::SQRT_2 * config.epsilon;
     Ok(phi.as_slice().iter().map(|d| libm::tanh(-d / width)).collect())
-}
-
-fn positive(key: &str, value: f64) -> Result<()> {
-    let good = value > 0.0 && value.is_finite();
-    if good { Ok(()) } else { Err(Error::range(key, value, "(0, inf)")) }
 }

@@ -10,7 +10,8 @@
 //! | [`OptimalityCriteria`] | monotone f0, one volume                       | bisection             |
 //!
 //! [`Adam`] and [`Lbfgs`] are for many free variables and one smooth function: the first is
-//! applied variable by variable, the second calls the function for its line search.
+//! applied variable by variable, the second calls the function for its line search. [`Cmaes`] is
+//! for few variables and values without gradients, noisy ones too.
 //!
 //! All are deterministic: the same input gives the same bytes for any number of threads.
 //! Their states implement serde's traits, and a state that was written and read back goes on

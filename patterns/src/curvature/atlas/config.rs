@@ -1,8 +1,10 @@
 //! The configuration of an atlas.
 
+use crate::curvature::config::positive;
 use crate::curvature::grow::Growth;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
+use solvers::transport::{CoarseSinkhorn, Sinkhorn};
 
 /// A complete configuration; lengths are in the units of `growth.spacing`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -172,6 +174,19 @@ impl Distance {
         positive(&format!("{key}.reach"), self.reach)?;
         positive(&format!("{key}.cell"), self.cell)
     }
+
+    /// The transport that compares diagrams of voxels of width `spacing`.
+    pub(crate) fn transport(&self, spacing: f64) -> Result<CoarseSinkhorn> {
+        // The finest curvature of a grid is far below 4 / spacing.
+        let diameter = (4.0 / spacing).max(self.blur);
+        let sinkhorn = Sinkhorn {
+            blur: self.blur,
+            reach: Some(self.reach),
+            diameter: Some(diameter),
+            ..Sinkhorn::default()
+        };
+        Ok(CoarseSinkhorn::new(sinkhorn, self.cell)?)
+    }
 }
 
 /// Refuses numbers outside `[low, high]`.
@@ -180,9 +195,4 @@ pub(crate) fn whole(key: &str, value: usize, low: usize, high: usize) -> Result<
         return Ok(());
     }
     Err(Error::range(key, value as f64, &format!("[{low}, {high}]")))
-}
-
-fn positive(key: &str, value: f64) -> Result<()> {
-    let good = value > 0.0 && value.is_finite();
-    if good { Ok(()) } else { Err(Error::range(key, value, "(0, inf)")) }
 }

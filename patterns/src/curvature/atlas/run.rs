@@ -1,6 +1,6 @@
 //! The stages of an atlas: shapes, distances, map.
 
-use super::config::{Config, Distance};
+use super::config::Config;
 use super::draws::{BATCH, Draws};
 use super::view;
 use crate::{Artifact, Context, Error, Image, Metric, Result, Run, State, Status};
@@ -8,7 +8,7 @@ use ndarray::Array2;
 use rayon::prelude::*;
 use solvers::cluster::{Clusters, Hdbscan};
 use solvers::embed::Umap;
-use solvers::transport::{CoarseSinkhorn, PreparedCloud, Sinkhorn};
+use solvers::transport::PreparedCloud;
 
 /// Distances that are measured in a step, at least.
 const PAIRS: usize = 256;
@@ -55,21 +55,6 @@ pub(super) fn begin(table: &toml::Table, context: &Context<'_>) -> Result<Box<dy
     let draws = Draws::new(growth, ranges, config.distance.cell, context.seed);
     let (ready, rows) = (Vec::new(), Vec::new());
     Ok(Box::new(Atlas { config, draws, ready, rows, map: None, steps: 0 }))
-}
-
-impl Distance {
-    /// The transport that compares diagrams of voxels of width `spacing`.
-    pub(crate) fn transport(&self, spacing: f64) -> Result<CoarseSinkhorn> {
-        // The finest curvature of a grid is far below 4 / spacing.
-        let diameter = (4.0 / spacing).max(self.blur);
-        let sinkhorn = Sinkhorn {
-            blur: self.blur,
-            reach: Some(self.reach),
-            diameter: Some(diameter),
-            ..Sinkhorn::default()
-        };
-        Ok(CoarseSinkhorn::new(sinkhorn, self.cell)?)
-    }
 }
 
 impl Atlas {
@@ -169,8 +154,8 @@ impl Run for Atlas {
 
     fn max_iterations(&self) -> u64 {
         let least = self.config.count as f64 / self.config.most_draws() as f64;
-        // Rows are whole: a step may measure up to a row more, never less.
-        self.steps(least) + BATCH as u64
+        // The last row is empty and may take a step of its own.
+        self.steps(least) + 1
     }
 
     fn expected_iterations(&self) -> u64 {

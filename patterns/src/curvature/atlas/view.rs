@@ -47,10 +47,6 @@ fn table(members: &[Member], map: Option<&Drawn>) -> Artifact {
     for (k, name) in NAMES.iter().chain(&MEASURES).enumerate() {
         columns.push(column(name, &|n| numbers(&members[n])[k]));
     }
-    // The mass was asked for and is measured; the two differ by rounding.
-    if let Some((name, _)) = columns.get_mut(2 + 6 + 2) {
-        *name = "mass_measured".into();
-    }
     if let Some(map) = map {
         columns.push(column("map_x", &|n| map.positions[n][0]));
         columns.push(column("map_y", &|n| map.positions[n][1]));

@@ -112,16 +112,22 @@ fn voxels(
 fn volume(mut given: Field, config: &Config) -> Result<(Field, String)> {
     if let Some(label) = config.label {
         given.as_mut_slice().iter_mut().for_each(|v| *v = f64::from(u8::from(*v == label)));
+        let count = given.as_slice().iter().filter(|&&v| v == 1.0).count();
+        if count == 0 || count == given.as_slice().len() {
+            let which = if count == 0 { "no" } else { "every" };
+            let reason = format!("{which} voxel of `{}` has the value {label}", config.shape);
+            return Err(Error::config("label", reason));
+        }
     }
     let (low, high) = given.range();
     let middle = if low < 0.0 && high > 0.0 { 0.0 } else { 0.5 * (low + high) };
     let level = config.level.unwrap_or(middle);
-    if !(low < level && level < high) {
-        let reason = format!(
-            "`{}` has values from {low} to {high}: none lie on both sides of {level}",
-            config.shape
-        );
+    if low >= high {
+        let reason = format!("every voxel of `{}` has the value {low}", config.shape);
         return Err(Error::Input { key: "shape".into(), reason });
+    }
+    if !(low < level && level < high) {
+        return Err(Error::range("level", level, &format!("({low}, {high}), the volume's values")));
     }
     let sign = if config.inside == Inside::Above { 1.0 } else { -1.0 };
     let whole = low > -1.5 && high < 1.5 && level == 0.0;

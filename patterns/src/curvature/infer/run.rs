@@ -13,8 +13,8 @@ use solvers::transport::{CoarseSinkhorn, PointCloud, PreparedCloud};
 /// Columns of `shapes.npy` of an atlas that are parameters.
 const PARAMETERS: usize = 6;
 
-/// Candidates of a generation that are grown together, as far as memory is concerned.
-const TOGETHER: usize = 16;
+/// Shapes that are grown together: candidates of a generation, or draws of an atlas.
+const TOGETHER: usize = 8;
 
 /// Parameters of an atlas's shapes with their diagrams.
 type Known = Vec<([f64; 6], PointCloud<2>)>;

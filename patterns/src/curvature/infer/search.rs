@@ -24,9 +24,6 @@ pub(super) struct Search {
     points: Vec<Vec<Vec<f64>>>,
 }
 
-/// A point of the search, grown.
-pub(super) type Candidate = ([f64; 6], f64);
-
 impl Search {
     /// Around `start`.
     ///
@@ -36,7 +33,8 @@ impl Search {
         let ranges = config.ranges.list();
         let part = |k: usize| {
             let [low, high] = ranges[k];
-            if high > low { (start[k] - low) / (high - low) } else { 0.5 }
+            // An atlas may have been drawn from wider ranges.
+            if high > low { ((start[k] - low) / (high - low)).clamp(0.0, 1.0) } else { 0.5 }
         };
         let start: Vec<f64> = (0..5).map(part).collect();
         let cmaes = Cmaes::new(&start, config.width, seed)?;
@@ -69,17 +67,14 @@ impl Search {
         transport: &CoarseSinkhorn,
         mass: f64,
         seed: u64,
-    ) -> Result<Vec<Candidate>> {
+    ) -> Result<()> {
         let points = self.cmaes.ask();
         let evaluate = |point: &Vec<f64>| {
-            let parameters = Self::parameters(config, point, mass);
-            let shape = grow(config, parameters, seed)?;
-            Ok((parameters, distance(shape.as_deref(), wanted, transport, config)?))
+            let shape = grow(config, Self::parameters(config, point, mass), seed)?;
+            distance(shape.as_deref(), wanted, transport, config)
         };
-        let candidates: Result<Vec<Candidate>> = points.par_iter().map(evaluate).collect();
-        let candidates = candidates?;
-        self.tell(points, candidates.iter().map(|c| c.1).collect())?;
-        Ok(candidates)
+        let values: Result<Vec<f64>> = points.par_iter().map(evaluate).collect();
+        self.tell(points, values?)
     }
 
     fn tell(&mut self, points: Vec<Vec<f64>>, values: Vec<f64>) -> Result<()> {
