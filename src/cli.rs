@@ -3,6 +3,7 @@
 
 mod bench;
 mod convert;
+mod database;
 mod figure;
 mod level_set;
 mod list;
@@ -41,6 +42,7 @@ enum Command {
     List(list::Args),
     Figure(figure::Args),
     Convert(convert::Args),
+    Database(database::Args),
     Bench(bench::Args),
     /// Print a completion script for a shell.
     #[command(
@@ -89,6 +91,7 @@ fn dispatch(command: Command) -> Result<ExitCode> {
         Command::List(args) => list::main(&args),
         Command::Figure(args) => figure::main(&args),
         Command::Convert(args) => convert::main(&args),
+        Command::Database(args) => database::main(&args),
         Command::Bench(args) => bench::main(&args),
         Command::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "patterns", &mut io::stdout());

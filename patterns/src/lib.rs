@@ -11,6 +11,7 @@ mod model;
 mod state;
 
 // 1. declare
+pub mod disocclusion;
 pub mod level_set;
 pub mod reaction_diffusion;
 pub mod topology;

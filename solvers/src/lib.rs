@@ -20,6 +20,7 @@ pub mod random;
 pub mod sparse;
 pub mod spectral;
 pub mod stability;
+pub mod texture;
 
 pub use boundary::Boundary;
 pub use error::{Error, Result};

@@ -16,11 +16,13 @@
 
 mod bounds;
 mod check;
+mod cmaes;
 mod gcmma;
 mod mma;
 mod oc;
 
 pub use bounds::Bounds;
+pub use cmaes::Cmaes;
 pub use gcmma::{Gcmma, GcmmaConfig, Verdict};
 pub use mma::{Artificial, Mma, MmaConfig, MovingLimits, Solve};
 pub use oc::{BisectionEnd, OcConfig, OptimalityCriteria};

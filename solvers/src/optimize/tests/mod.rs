@@ -1,5 +1,6 @@
 //! Problems with known solutions, shared by the tests.
 
+mod cmaes;
 mod gcmma;
 mod mma;
 mod oc;

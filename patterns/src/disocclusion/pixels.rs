@@ -1,0 +1,125 @@
+//! Classes without chance in them, compared pixel by pixel.
+
+use super::{candidate::Ink, candidate::simulate, class::Class, normalize::Normal};
+use crate::{Inputs, Result};
+use rayon::prelude::*;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Points of a class that are run to rank it.
+const POINTS: u64 = 6;
+
+/// Seed of the points; evaluations use others.
+const SEED: u64 = 1;
+
+/// Most pixels that are looked at while the angle is sought.
+const COARSE: usize = 900;
+
+/// Step of that search (degrees), and then of its refinement.
+const STEPS: (usize, f64) = (6, 0.5);
+
+/// Largest difference of the logarithms of two aspect ratios of the same frame.
+const ASPECT: f64 = 0.15;
+
+/// How well a class agrees with a picture.
+#[derive(Clone, Debug)]
+pub struct Agreement {
+    /// Index of the class.
+    pub class: usize,
+    /// Correlation of ink over the visible pixels, in [0, 1].
+    pub correlation: f64,
+    /// How far the picture is turned from the class's frame (radians, from x to y).
+    pub angle: f64,
+    /// Whether ink and paper are exchanged.
+    pub inverted: bool,
+    /// Shares of the class's ranges.
+    pub point: Vec<f64>,
+}
+
+/// The best agreement of each class whose frame has the picture's proportions (upright or on
+/// its side), the greatest first: each is run at a few points of its ranges.
+///
+/// # Errors
+/// What a model refuses or meets on its way.
+pub fn rank(
+    normal: &Normal,
+    classes: &[(usize, &Class)],
+    inputs: &(dyn Inputs + Sync),
+) -> Result<Vec<Agreement>> {
+    let found: Vec<Vec<Agreement>> = classes
+        .par_iter()
+        .map(|&(class, entry)| {
+            let mut best: Option<Agreement> = None;
+            for index in 0..POINTS {
+                let point = entry.point(SEED, index);
+                let candidate = simulate(entry, &point, 0, inputs)?;
+                let Some(fit) = agree(normal, &candidate) else { break };
+                let better = best.as_ref().is_none_or(|b| fit.0 > b.correlation);
+                if better {
+                    let (correlation, angle, inverted) = fit;
+                    best = Some(Agreement { class, correlation, angle, inverted, point });
+                }
+            }
+            Ok(best.into_iter().collect())
+        })
+        .collect::<Result<_>>()?;
+    let mut found: Vec<Agreement> = found.into_iter().flatten().collect();
+    found.sort_by(|a, b| b.correlation.total_cmp(&a.correlation));
+    Ok(found)
+}
+
+/// Greatest correlation over all angles, the angle, and whether its sign is negative; none if
+/// the frames have other proportions.
+pub fn agree(normal: &Normal, candidate: &Ink) -> Option<(f64, f64, bool)> {
+    let aspect = |[ny, nx]: [usize; 2]| (nx as f64 / ny as f64).ln();
+    let (a, b) = (aspect(normal.shape), aspect(candidate.shape));
+    if (a.abs() - b.abs()).abs() > ASPECT {
+        return None;
+    }
+    // A picture on its side is a quarter turn of the class's frame.
+    let swapped = (a - b).abs() > ASPECT;
+    let base = if swapped { FRAC_PI_2 } else { 0.0 };
+    let width = normal.shape[usize::from(!swapped)] as f64;
+    let scale = candidate.shape[1] as f64 / width;
+    let stride = (normal.ink.len() / COARSE).max(1);
+    let score = |angle: f64, stride: usize| correlate(normal, candidate, angle, scale, stride);
+    let angles = (0..360).step_by(STEPS.0).map(|d| base + d as f64 * PI / 180.0);
+    let better = |a: (f64, f64), b: (f64, f64)| if b.0.abs() > a.0.abs() { b } else { a };
+    let mut best = angles.map(|t| (score(t, stride), t)).fold((0.0, base), better);
+    // Upright and on its side are the likeliest: they are looked at closely in any case.
+    best = better((score(best.1, 1), best.1), (score(base, 1), base));
+    let around = best.1;
+    for n in -12..=12_i32 {
+        let angle = around + f64::from(n) * STEPS.1 * PI / 180.0;
+        best = better(best, (score(angle, 1), angle));
+    }
+    Some((best.0.abs(), best.1, best.0 < 0.0))
+}
+
+/// Correlation of the inks of every `stride`th visible pixel, the candidate turned by `angle`
+/// about the middle; 0 if fewer than half of them lie in its frame.
+fn correlate(normal: &Normal, candidate: &Ink, angle: f64, scale: f64, stride: usize) -> f64 {
+    let [ny, nx] = normal.shape;
+    let [cy, cx] = candidate.shape;
+    let (sin, cos) = (libm::sin(angle) * scale, libm::cos(angle) * scale);
+    let mut table = [[0.0_f64; 2]; 2];
+    let (mut seen, mut inside) = (0, 0);
+    for n in (0..normal.ink.len()).step_by(stride).filter(|&n| normal.visible[n]) {
+        let y = (n / nx) as f64 + 0.5 - 0.5 * ny as f64;
+        let x = (n % nx) as f64 + 0.5 - 0.5 * nx as f64;
+        let u = cos * x + sin * y + 0.5 * cx as f64;
+        let v = cos * y - sin * x + 0.5 * cy as f64;
+        seen += 1;
+        if u < 0.0 || v < 0.0 || u >= cx as f64 || v >= cy as f64 {
+            continue;
+        }
+        inside += 1;
+        let other = candidate.ink[v as usize * cx + u as usize];
+        table[usize::from(normal.ink[n])][usize::from(other)] += 1.0;
+    }
+    if 2 * inside < seen {
+        return 0.0;
+    }
+    let [[a, b], [c, d]] = table;
+    let spread = ((a + b) * (c + d) * (a + c) * (b + d)).sqrt();
+    if spread > 0.0 { (a * d - b * c) / spread } else { 0.0 }
+}

@@ -1,0 +1,74 @@
+use crate::optimize::Cmaes;
+
+/// Evaluations until `f` is below `target` from (0.5, ..), sigma 0.3; the median of 11 seeds.
+fn evaluations(n: usize, target: f64, f: impl Fn(&[f64]) -> f64) -> usize {
+    let mut counts: Vec<usize> = (0..11)
+        .map(|seed| {
+            let mut search = Cmaes::new(&vec![0.5; n], 0.3, seed).unwrap();
+            let mut count = 0;
+            while search.best().is_none_or(|(_, value)| value > target) {
+                let points = search.ask();
+                count += points.len();
+                let values: Vec<f64> = points.iter().map(|x| f(x)).collect();
+                search.tell(&values).unwrap();
+                assert!(count < 100_000, "no end");
+            }
+            count
+        })
+        .collect();
+    counts.sort_unstable();
+    counts[5]
+}
+
+fn ellipsoid(x: &[f64]) -> f64 {
+    let n = x.len() as f64 - 1.0;
+    x.iter().enumerate().map(|(i, x)| 10.0_f64.powf(6.0 * i as f64 / n) * x * x).sum()
+}
+
+fn rosenbrock(x: &[f64]) -> f64 {
+    x.windows(2).map(|w| 100.0 * (w[1] - w[0] * w[0]).powi(2) + (1.0 - w[0]).powi(2)).sum()
+}
+
+#[test]
+fn sphere_ellipsoid_and_rosenbrock_take_the_known_orders_of_evaluations() {
+    // The sphere falls by e in about n / 0.6 evaluations (linear convergence, independent of
+    // C); the ellipsoid of condition 1e6 and Rosenbrock's valley cost the learning of C, of
+    // the order of 100 to 250 n evaluations at n = 8: Hansen & Ostermeier 2001, figure 5.
+    let sphere = evaluations(8, 1e-10, |x| x.iter().map(|x| x * x).sum());
+    assert!((400..1200).contains(&sphere), "{sphere}");
+    let stretched = evaluations(8, 1e-10, ellipsoid);
+    assert!((1500..5000).contains(&stretched), "{stretched}");
+    let valley = evaluations(8, 1e-10, rosenbrock);
+    assert!((2000..8000).contains(&valley), "{valley}");
+}
+
+#[test]
+fn a_rotation_changes_little() {
+    // Invariance: the ellipsoid along the diagonals costs what it costs along the axes.
+    let straight = evaluations(2, 1e-10, ellipsoid) as f64;
+    let turned = evaluations(2, 1e-10, |x| {
+        let s = 0.5_f64.sqrt();
+        ellipsoid(&[s * (x[0] + x[1]), s * (x[0] - x[1])])
+    }) as f64;
+    assert!((turned / straight).ln().abs() < 0.4, "{straight} {turned}");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_and_faults_are_named() {
+    let run = |seed| {
+        let mut search = Cmaes::new(&[0.2, 0.7], 0.3, seed).unwrap();
+        for _ in 0..20 {
+            let values: Vec<f64> = search.ask().iter().map(|x| rosenbrock(x)).collect();
+            search.tell(&values).unwrap();
+        }
+        let (point, value) = search.best().unwrap();
+        (point.iter().map(|v| v.to_bits()).collect::<Vec<_>>(), value.to_bits())
+    };
+    assert_eq!(run(4), run(4));
+    assert_ne!(run(4), run(5));
+    assert!(Cmaes::new(&[], 1.0, 0).is_err());
+    assert!(Cmaes::new(&[0.0], 0.0, 0).is_err());
+    let mut search = Cmaes::new(&[0.0], 1.0, 0).unwrap();
+    search.ask();
+    assert!(search.tell(&[1.0]).is_err());
+}

@@ -1,0 +1,165 @@
+//! `patterns database`: the classes that pictures are compared with.
+
+use crate::inputs::FileInputs;
+use anyhow::{Context as _, Result, bail};
+use patterns::disocclusion::{self, Calibration, Class, Database, PATTERNS, Values};
+use rayon::prelude::*;
+use std::{
+    fs,
+    io::{self, Write as _},
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+/// List, show, check and calibrate the classes of patterns that pictures are compared with.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: patterns database show turing-spots")]
+pub(super) struct Args {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Action {
+    /// List the classes.
+    #[command(after_help = "Example: patterns database list")]
+    List,
+    /// Show a class: its model, ranges and configuration.
+    #[command(after_help = "Example: patterns database show gray-scott-mu")]
+    Show {
+        /// Name of the class.
+        name: String,
+    },
+    /// Check a file that describes a class, at the ends of every range.
+    #[command(after_help = "Example: patterns database check my-class.toml")]
+    Check {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Check a class, calibrate it and put both into a folder of your own.
+    #[command(after_help = "Example: patterns database add my-class.toml --to my-database")]
+    Add {
+        /// The file.
+        file: PathBuf,
+        /// Folder of classes and their calibrations.
+        #[arg(long, value_name = "DIR", default_value = "patterns-database")]
+        to: PathBuf,
+    },
+    /// Run every class again and write the calibration (many minutes).
+    #[command(after_help = "Example: patterns database calibrate --out calibration.bin")]
+    Calibrate {
+        /// File to write.
+        #[arg(long, value_name = "FILE", default_value = "calibration.bin")]
+        out: PathBuf,
+    },
+}
+
+pub(super) fn main(args: &Args) -> Result<ExitCode> {
+    match &args.action {
+        Action::List => list()?,
+        Action::Show { name } => show(name)?,
+        Action::Check { file } => {
+            let class = check(file)?;
+            println!("{}: class `{}`, {} ranges", file.display(), class.name, class.ranges.len());
+        }
+        Action::Add { file, to } => add(file, to)?,
+        Action::Calibrate { out } => {
+            let database = Database::built_in()?;
+            let classes: Vec<&Class> = database.classes.iter().filter(|c| c.free_seeds).collect();
+            let calibration = calibrate(&classes, Path::new("."))?;
+            write(out, &calibration.to_bytes())?;
+            println!("{}: {} classes", out.display(), calibration.classes.len());
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn list() -> Result<()> {
+    let mut out = io::stdout().lock();
+    for class in Database::built_in()?.classes {
+        writeln!(out, "{:28} {:7} {}", class.name, class.model.name, class.about)?;
+    }
+    Ok(())
+}
+
+fn show(name: &str) -> Result<()> {
+    let database = Database::built_in()?;
+    let Some(class) = database.find(name) else {
+        let known: Vec<_> = database.classes.iter().map(|c| c.name.as_str()).collect();
+        bail!("no class `{name}`; known classes: {}", known.join(", "));
+    };
+    let mut out = io::stdout().lock();
+    writeln!(out, "{}: {}", class.name, class.about)?;
+    let matched = if class.free_seeds { "by statistics" } else { "pixel by pixel" };
+    writeln!(out, "model {}, compared {matched}", class.model.name)?;
+    for range in &class.ranges {
+        let values = match &range.values {
+            Values::Between { low, high, log, integer } => {
+                let scale = if *log { ", logarithmic" } else { "" };
+                let whole = if *integer { ", whole numbers" } else { "" };
+                format!("[{low}, {high}]{scale}{whole}")
+            }
+            Values::Choices(list) => format!("one of {list:?}"),
+        };
+        writeln!(out, "  {:32} {values}", range.key)?;
+    }
+    writeln!(out, "\n{}", toml::to_string(&class.config)?)?;
+    Ok(())
+}
+
+fn check(file: &Path) -> Result<Class> {
+    let text =
+        fs::read_to_string(file).with_context(|| format!("cannot read `{}`", file.display()))?;
+    let inputs = inputs_of(file);
+    let checked = Class::parse(&text, &inputs).and_then(|class| {
+        class.check(&inputs)?;
+        Ok(class)
+    });
+    checked.with_context(|| format!("`{}`", file.display()))
+}
+
+fn add(file: &Path, to: &Path) -> Result<()> {
+    let class = check(file)?;
+    if Database::built_in()?.find(&class.name).is_some() {
+        bail!("`{}`: name: `{}` is in the database already", file.display(), class.name);
+    }
+    let text = fs::read(file).with_context(|| format!("cannot read `{}`", file.display()))?;
+    let base = file.parent().unwrap_or(Path::new("."));
+    let calibration = class.free_seeds.then(|| calibrate(&[&class], base)).transpose()?;
+    fs::create_dir_all(to).with_context(|| format!("cannot make `{}`", to.display()))?;
+    write(&to.join(format!("{}.toml", class.name)), &text)?;
+    if let Some(calibration) = calibration {
+        write(&to.join(format!("{}.bin", class.name)), &calibration.to_bytes())?;
+    }
+    println!("{}: class `{}` added", to.display(), class.name);
+    Ok(())
+}
+
+/// Runs the patterns of every class, side by side.
+fn calibrate(classes: &[&Class], base: &Path) -> Result<Calibration> {
+    let jobs: Vec<(&Class, u64)> =
+        classes.iter().flat_map(|class| (0..PATTERNS).map(|index| (*class, index))).collect();
+    let found: Vec<_> = jobs
+        .par_iter()
+        .with_max_len(1)
+        .map(|(class, index)| {
+            disocclusion::samples(class, *index, &FileInputs::new(vec![base.to_path_buf()]))
+                .with_context(|| format!("class `{}`, pattern {index}", class.name))
+        })
+        .collect::<Result<_>>()?;
+    let per_class = found.chunks(PATTERNS as usize).map(<[_]>::concat);
+    let names = classes.iter().map(|class| class.name.clone());
+    let calibration = Calibration { classes: names.zip(per_class).collect() };
+    if let Some((name, list)) = calibration.classes.iter().find(|(_, list)| list.len() < 20) {
+        bail!("class `{name}`: only {} of its patterns have two colours", list.len() / 5);
+    }
+    Ok(calibration)
+}
+
+fn inputs_of(file: &Path) -> FileInputs {
+    FileInputs::new(vec![file.parent().unwrap_or(Path::new(".")).to_path_buf()])
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    fs::write(path, bytes).with_context(|| format!("cannot write `{}`", path.display()))
+}
