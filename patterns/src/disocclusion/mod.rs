@@ -45,6 +45,7 @@ pub struct Identifier {
     free: Vec<usize>,
     classifier: Classifier,
     limits: Vec<f64>,
+    candidates: pixels::Candidates,
 }
 
 /// What a picture was found to be.
@@ -92,7 +93,8 @@ impl Identifier {
         }
         let classifier = Classifier::new(&samples, classes.len())?;
         let limits = limits(&classifier, &samples, classes.len());
-        Ok(Self { database, free, classifier, limits })
+        let candidates = pixels::Candidates::new(database.classes.len());
+        Ok(Self { database, free, classifier, limits, candidates })
     }
 
     /// The classes.
@@ -111,7 +113,7 @@ impl Identifier {
             descriptor.iter().flat_map(|d| self.by_statistics(d)).collect();
         let fixed: Vec<(usize, &Class)> =
             self.database.classes.iter().enumerate().filter(|(_, c)| !c.free_seeds).collect();
-        let agreements = pixels::rank(normal, &fixed, inputs)?;
+        let agreements = pixels::rank(normal, &fixed, &self.candidates, inputs)?;
         let second = agreements.get(1).map_or(0.0, |a| a.correlation);
         let certain = agreements.first().is_some_and(|a| a.correlation >= LEAST_CORRELATION);
         for (n, agreement) in agreements.into_iter().enumerate() {

@@ -3,7 +3,10 @@
 use super::{candidate::Ink, candidate::simulate, class::Class, normalize::Normal};
 use crate::{Inputs, Result};
 use rayon::prelude::*;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::{
+    f64::consts::{FRAC_PI_2, PI},
+    sync::OnceLock,
+};
 
 /// Points of a class that are run to rank it.
 const POINTS: u64 = 6;
@@ -19,6 +22,30 @@ const STEPS: (usize, f64) = (6, 0.5);
 
 /// Largest difference of the logarithms of two aspect ratios of the same frame.
 const ASPECT: f64 = 0.15;
+
+/// Patterns of classes without chance, each run once, when it is first compared.
+#[derive(Default)]
+pub(super) struct Candidates {
+    /// By class and point.
+    inks: Vec<Vec<OnceLock<Ink>>>,
+}
+
+impl Candidates {
+    /// Room for `classes` classes.
+    pub(super) fn new(classes: usize) -> Self {
+        let room = || (0..POINTS).map(|_| OnceLock::new()).collect();
+        Self { inks: (0..classes).map(|_| room()).collect() }
+    }
+
+    fn get(&self, class: usize, entry: &Class, index: u64, inputs: &dyn Inputs) -> Result<&Ink> {
+        let slot = &self.inks[class][index as usize];
+        if let Some(ink) = slot.get() {
+            return Ok(ink);
+        }
+        let ink = simulate(entry, &entry.point(SEED, index), 0, inputs)?;
+        Ok(slot.get_or_init(|| ink))
+    }
+}
 
 /// How well a class agrees with a picture.
 #[derive(Clone, Debug)]
@@ -40,9 +67,10 @@ pub struct Agreement {
 ///
 /// # Errors
 /// What a model refuses or meets on its way.
-pub fn rank(
+pub(super) fn rank(
     normal: &Normal,
     classes: &[(usize, &Class)],
+    candidates: &Candidates,
     inputs: &(dyn Inputs + Sync),
 ) -> Result<Vec<Agreement>> {
     let found: Vec<Vec<Agreement>> = classes
@@ -50,12 +78,11 @@ pub fn rank(
         .map(|&(class, entry)| {
             let mut best: Option<Agreement> = None;
             for index in 0..POINTS {
-                let point = entry.point(SEED, index);
-                let candidate = simulate(entry, &point, 0, inputs)?;
-                let Some(fit) = agree(normal, &candidate) else { break };
-                let better = best.as_ref().is_none_or(|b| fit.0 > b.correlation);
-                if better {
+                let candidate = candidates.get(class, entry, index, inputs)?;
+                let Some(fit) = agree(normal, candidate) else { break };
+                if best.as_ref().is_none_or(|b| fit.0 > b.correlation) {
                     let (correlation, angle, inverted) = fit;
+                    let point = entry.point(SEED, index);
                     best = Some(Agreement { class, correlation, angle, inverted, point });
                 }
             }

@@ -70,7 +70,8 @@ impl Descriptor {
         let f = picture.fraction()?;
         let c = Correlation::new(picture, (ny.min(nx) / 2).min(96))?;
         let wavelength = c.wavelength();
-        let mut values = vec![f];
+        let mut values = Vec::with_capacity(LENGTH);
+        values.push(f);
         values.extend(DISTANCES.map(|r| c.at(r * wavelength)));
         let k = TAU / wavelength;
         let peak = c.power(k).max(1e-9);
