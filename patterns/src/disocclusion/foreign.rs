@@ -1,6 +1,5 @@
 //! Pictures that no model made, to see that they are told so; seeded.
 
-use super::candidate::Ink;
 use crate::Result;
 use solvers::random::{Stream, stream, uniform};
 use solvers::texture::normalized_convolution;

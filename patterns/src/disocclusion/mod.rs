@@ -33,7 +33,7 @@ const LEAST_CORRELATION: f64 = 0.72;
 
 /// A class's own distances, times the first, limit how far its pictures may lie; not less
 /// than the second nor more than the third, which the nearest foreign pictures exceed.
-const LIMIT: (f64, f64, f64) = (1.5, 70.0, 340.0);
+const LIMIT: (f64, f64, f64) = (1.5, 70.0, 320.0);
 
 /// Part of a class's calibration that its limit lets through before the factor.
 const KEPT: f64 = 0.98;
