@@ -58,7 +58,7 @@ fn main() -> Result<()> {
 fn rates<'a>(cases: impl Iterator<Item = &'a Case>) -> String {
     let (mut count, mut right, mut none, mut both) = (0.0, 0.0, 0.0, 0.0);
     for case in cases {
-        let found = case.found == Some(case.class);
+        let found = case.right;
         count += 1.0;
         right += f64::from(u8::from(found));
         none += f64::from(u8::from(case.none));

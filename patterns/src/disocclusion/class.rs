@@ -5,7 +5,7 @@ use solvers::random::{stream, uniform};
 use toml::{Table, Value};
 
 /// Keys of an entry.
-const KEYS: &[&str] = &["name", "about", "model", "seeds", "config", "range"];
+const KEYS: &[&str] = &["name", "about", "family", "model", "seeds", "config", "range"];
 
 /// Keys of a range.
 const RANGE_KEYS: &[&str] = &["low", "high", "log", "integer", "choices", "also"];
@@ -17,6 +17,8 @@ pub struct Class {
     pub name: String,
     /// One sentence.
     pub about: String,
+    /// Classes of one family make pictures that cannot be told apart; without one, the name.
+    pub family: String,
     /// The model that makes its patterns.
     pub model: &'static Model,
     /// Whether a seed changes the pattern: such classes are matched by statistics, the
@@ -115,7 +117,9 @@ impl Class {
         let ranges = table_of(&table, "range")?;
         let ranges: Result<Vec<_>> = ranges.iter().map(|(k, v)| range(k, v)).collect();
         let about = text_of(&table, "about")?;
-        Ok(Self { name, about, model, free_seeds, config, ranges: ranges? })
+        let family =
+            if table.contains_key("family") { text_of(&table, "family")? } else { name.clone() };
+        Ok(Self { name, about, family, model, free_seeds, config, ranges: ranges? })
     }
 
     /// Starts the model at the ends of every range, the others in their middle.

@@ -20,6 +20,8 @@ pub struct Case {
     pub share: f64,
     /// The class that was found; none if the picture has one colour.
     pub found: Option<usize>,
+    /// Whether that is the class that made it, or one of its family.
+    pub right: bool,
     /// Whether the answer was that none of the classes made it.
     pub none: bool,
     /// Probability given to the class that was found.
@@ -49,6 +51,7 @@ pub fn cases(identifier: &Identifier, class: usize, seed: u64, index: u64) -> Re
                 harm: kind,
                 share,
                 found: None,
+                right: false,
                 none: true,
                 confidence: 0.0,
                 errors: Vec::new(),
@@ -57,6 +60,7 @@ pub fn cases(identifier: &Identifier, class: usize, seed: u64, index: u64) -> Re
             let answer = identifier.identify(&normal, &NoInputs)?;
             if let Some(first) = answer.ranking.first() {
                 case.found = Some(first.class);
+                case.right = identifier.database().classes[first.class].family == entry.family;
                 case.none = answer.none;
                 case.confidence = first.confidence;
                 if first.class == class {

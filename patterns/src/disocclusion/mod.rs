@@ -114,11 +114,13 @@ impl Identifier {
         let fixed: Vec<(usize, &Class)> =
             self.database.classes.iter().enumerate().filter(|(_, c)| !c.free_seeds).collect();
         let agreements = pixels::rank(normal, &fixed, &self.candidates, inputs)?;
-        let second = agreements.get(1).map_or(0.0, |a| a.correlation);
+        let family = |a: &Agreement| &self.database.classes[a.class].family;
+        let other = agreements.iter().find(|a| family(a) != family(&agreements[0]));
+        let second = other.map_or(0.0, |a| a.correlation);
         let certain = agreements.first().is_some_and(|a| a.correlation >= LEAST_CORRELATION);
         for (n, agreement) in agreements.into_iter().enumerate() {
             let c = agreement.correlation;
-            // The runner-up's closeness is what speaks against the first.
+            // Its closeness to another family is what speaks against the first.
             let confidence = match (certain, n) {
                 (true, 0) => 1.0 / (1.0 + libm::exp(-30.0 * (c - second))),
                 _ => 0.0,
