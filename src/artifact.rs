@@ -1,8 +1,8 @@
 //! From what a run shows to the files of its output folder.
 
-use crate::output::{csv, mesh, npy, picture, plot, svg, vti};
+use crate::output::{csv, dxf, glb, mesh, npy, picture, plot, surface, svg, vti};
 use anyhow::{Context as _, Result};
-use patterns::{Artifact, Colors, Image, Plot};
+use patterns::{Artifact, Colors, Image, Plot, Surface};
 use rayon::prelude::*;
 
 /// A file in memory: its name and its bytes.
@@ -26,16 +26,21 @@ fn encode(artifact: &Artifact) -> Result<Vec<NamedBytes>> {
         }
         Artifact::Contour { name, lines, size } => {
             let style = svg::Style::default();
-            Ok(vec![
+            let mut files = vec![
                 bytes(name, "svg", |out| svg::write_svg(lines, *size, style, out))?,
                 bytes(name, "csv", |out| csv::write_lines(lines, out))?,
-            ])
+            ];
+            if name == "outline" {
+                let unit = dxf::Unit::default();
+                files.push(bytes(name, "dxf", |out| dxf::write(lines, size[1], unit, out))?);
+            }
+            Ok(files)
         }
-        Artifact::Mesh { name, mesh } => Ok(vec![
-            bytes(name, "ply", |out| mesh::write_ply(mesh, out))?,
-            bytes(name, "stl", |out| mesh::write_stl(mesh, out))?,
-            bytes(name, "obj", |out| mesh::write_obj(mesh, out))?,
-        ]),
+        Artifact::Mesh { name, mesh } => {
+            let (name, mesh) = (name.clone(), mesh.clone());
+            encode_surface(&Surface { name, mesh, ..Surface::default() })
+        }
+        Artifact::Surface(surface) => encode_surface(surface),
         Artifact::Plot(plot) => encode_plot(plot),
         Artifact::Table { name, columns } => {
             Ok(vec![bytes(name, "csv", |out| csv::write_table(columns, out))?])
@@ -54,6 +59,23 @@ fn encode_image(image: &Image) -> Result<Vec<NamedBytes>> {
         let values = values.into_shape_with_order(field.grid().axes().to_vec())?;
         files.push(bytes(name, "npy", |out| npy::write(&values, out))?);
         files.push(bytes(name, "vti", |out| vti::write(&[(name, field)], out))?);
+    }
+    Ok(files)
+}
+
+/// A surface as picture, for other programs, and as a film if one is wanted.
+fn encode_surface(surface: &Surface) -> Result<Vec<NamedBytes>> {
+    let (name, mesh) = (&surface.name, &surface.mesh);
+    let look = surface::Look::default();
+    let mut files = vec![
+        bytes(name, "png", |out| surface::draw(surface, &look)?.write_png(out))?,
+        bytes(name, "ply", |out| mesh::write_ply(mesh, out))?,
+        bytes(name, "stl", |out| mesh::write_stl(mesh, out))?,
+        bytes(name, "obj", |out| mesh::write_obj(mesh, out))?,
+        bytes(name, "glb", |out| glb::write(mesh, &surface::colors(surface), out))?,
+    ];
+    if surface.turntable > 0 {
+        files.push(bytes(name, "gif", |out| surface::write_turntable(surface, &look, out))?);
     }
     Ok(files)
 }

@@ -3,14 +3,17 @@
 
 mod bench;
 mod convert;
+mod curvature;
 mod database;
 mod figure;
 mod level_set;
 mod list;
 mod rd;
+mod render;
 mod run;
 mod run_args;
 mod topopt;
+mod topopt_settings;
 mod topopt_table;
 mod values;
 
@@ -38,9 +41,11 @@ enum Command {
     Rd(Box<rd::Args>),
     LevelSet(Box<level_set::Args>),
     Topopt(Box<topopt::Args>),
+    Curvature(Box<curvature::Args>),
     Run(Box<run::Args>),
     List(list::Args),
     Figure(figure::Args),
+    Render(Box<render::Args>),
     Convert(convert::Args),
     Database(database::Args),
     Bench(bench::Args),
@@ -87,9 +92,11 @@ fn dispatch(command: Command) -> Result<ExitCode> {
         Command::Rd(args) => rd::main(&args),
         Command::LevelSet(args) => level_set::main(&args),
         Command::Topopt(args) => topopt::main(&args),
+        Command::Curvature(args) => curvature::main(&args),
         Command::Run(args) => run::main(&args),
         Command::List(args) => list::main(&args),
         Command::Figure(args) => figure::main(&args),
+        Command::Render(args) => render::main(&args),
         Command::Convert(args) => convert::main(&args),
         Command::Database(args) => database::main(&args),
         Command::Bench(args) => bench::main(&args),

@@ -16,5 +16,6 @@ pub mod manifest;
 pub mod memory;
 pub mod output;
 pub mod record;
+pub mod render;
 pub mod request;
 pub mod runner;

@@ -297,6 +297,27 @@ fn bad_structures() {
     lab.refuses(&["topopt", "--problem", "nan.toml"], &["nan.toml:3", "NaN"]);
 }
 
+#[test]
+fn bad_textures() {
+    let lab = Lab::new();
+    lab.refuses(&["curvature", "--preset", "tubs"], &["tubs", "trabecular-bone"]);
+    lab.refuses(&["curvature", "--mass", "1.5"], &["--mass", "1.5", "(-1, 1)"]);
+    lab.refuses(&["curvature", "--size", "4"], &["--size", "4", "[8, inf)"]);
+    lab.refuses(&["curvature", "--size", "100000"], &["--size", "GiB"]);
+    lab.refuses(&["curvature", "--coefficients", "1,2"], &["--coefficients", "6"]);
+    lab.refuses(&["curvature", "--squares", "h2=x"], &["--squares", "h2=x"]);
+    lab.refuses(&["curvature", "--squares", "h3=1"], &["h3"]);
+    lab.refuses(&["curvature", "--boundary", "free"], &["--boundary", "l2"]);
+    lab.refuses(&["curvature", "--start", "missing.npy"], &["--start", "missing.npy"]);
+    lab.refuses(
+        &["curvature", "--size", "16", "--include", "solid.npy"],
+        &["--include", "[2, 2, 2]"],
+    );
+    lab.refuses(&["curvature", "--size", "16", "--start", "cut.npy"], &["--start", "cut.npy"]);
+    lab.refuses(&["render", "good.png"], &["good.png"]);
+    lab.refuses(&["render", "cut.npy"], &["cut.npy"]);
+}
+
 /// A mechanism is named and drawn; no output folder is made.
 #[test]
 fn a_mechanism_is_drawn() {

@@ -405,7 +405,7 @@ fn impossible_conversions_leave_nothing() {
     for (from, to, want) in [
         ("solid.npy", "a.png", "shape [2, 3, 4] is no picture"),
         ("solid.npy", "a.csv", "an array of 3 axes cannot be a CSV"),
-        ("solid.npy", "a.xyz", "unknown extension; wanted is .npy, .npz, .csv, .vti or .png"),
+        ("solid.npy", "a.xyz", "unknown extension; wanted is .npy, .npz, .csv, .vti, .nrrd,"),
         ("nan.npy", "a.png", "NaN at index [0, 0]"),
         ("none.npy", "a.npz", "none.npy"),
         ("solid.npy", "no/such/folder.npz", "folder.npz"),

@@ -9,11 +9,20 @@ const SEED: Context<'static> = Context { seed: 7, inputs: &NoInputs, memory: 1 <
 /// load acts on a support.
 const REFUSED: &[(&str, &str)] = &[("topopt", "default"), ("topopt", "row-o")];
 
+/// Settings that make the steps of a model in space short.
+const SMALL: &[(&str, &str)] = &[("curvature", "size = 16")];
+
 /// Every preset and the default of a model, but for what is refused.
 fn configs(model: &Model) -> Vec<(String, Table)> {
+    let small = SMALL.iter().find(|(name, _)| *name == model.name);
+    let small: Table = small.map_or_else(Table::new, |(_, text)| text.parse().unwrap());
     let presets =
         (model.presets)().into_iter().map(|p| (p.name.to_owned(), p.config.parse().unwrap()));
     let all = std::iter::once(("default".to_owned(), Table::new())).chain(presets);
+    let all = all.map(|(name, mut config): (String, Table)| {
+        config.extend(small.clone());
+        (name, config)
+    });
     all.filter(|(name, _)| !REFUSED.contains(&(model.name, name))).collect()
 }
 

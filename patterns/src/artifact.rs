@@ -46,13 +46,15 @@ pub enum Artifact {
         /// Width and height of the picture, in the same unit.
         size: [f64; 2],
     },
-    /// A surface: PLY, STL or OBJ.
+    /// A surface: PNG, PLY, STL, OBJ and GLB.
     Mesh {
         /// File stem.
         name: String,
         /// The triangles.
         mesh: TriangleMesh,
     },
+    /// A surface with colours and marks: the same, and a film around it if wanted.
+    Surface(Surface),
     /// Curves in axes: SVG, PNG and CSV.
     Plot(Plot),
     /// Columns of numbers: CSV.
@@ -93,6 +95,39 @@ pub struct Image {
     /// What the rows are, if they are not places: label of the vertical axis with its unit,
     /// and its step from one row to the next.
     pub rows: Option<(&'static str, f64)>,
+}
+
+/// A surface and how to look at it. y grows downwards and z away from the viewer, as in the
+/// pictures of fields.
+#[derive(Clone, Debug, Default)]
+pub struct Surface {
+    /// File stem.
+    pub name: String,
+    /// The triangles.
+    pub mesh: TriangleMesh,
+    /// Whether each triangle is a cut through the material, drawn dark; empty: none is.
+    pub caps: Vec<bool>,
+    /// A quantity on the surface, in false colours.
+    pub values: Option<SurfaceValues>,
+    /// Other bodies in the picture, such as arrows, with their colours (red, green, blue).
+    pub marks: Vec<(TriangleMesh, [u8; 3])>,
+    /// Lower and upper corner of a box whose edges are drawn.
+    pub frame: Option<[[f64; 3]; 2]>,
+    /// Pictures of a film that goes around the surface; 0 for none.
+    pub turntable: usize,
+}
+
+/// A quantity at the vertices of a [`Surface`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceValues {
+    /// One number for each vertex.
+    pub values: Vec<f64>,
+    /// What they are, with their unit: `mean curvature (1 / cell)`.
+    pub label: String,
+    /// How numbers become colours.
+    pub colors: Colors,
+    /// Values at the two ends of the colormap; `None`: least and greatest.
+    pub range: Option<[f64; 2]>,
 }
 
 /// A straight line of a [`Artifact::Drawing`].

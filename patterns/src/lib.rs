@@ -11,6 +11,7 @@ mod model;
 mod state;
 
 // 1. declare
+pub mod curvature;
 pub mod disocclusion;
 pub mod level_set;
 pub mod reaction_diffusion;
@@ -18,7 +19,9 @@ pub mod topology;
 
 pub(crate) use config::{check_memory, from_table, to_table};
 
-pub use artifact::{Artifact, Axis, Colors, Image, Mark, Metric, Plot, Series, Stroke};
+pub use artifact::{
+    Artifact, Axis, Colors, Image, Mark, Metric, Plot, Series, Stroke, Surface, SurfaceValues,
+};
 pub use error::{Error, Result};
 pub use model::{Context, Inputs, Model, NoInputs, Preset, Run, Status};
 pub use state::{State, Values};
@@ -29,4 +32,5 @@ pub static MODELS: &[&Model] = &[
     &reaction_diffusion::MODEL,
     &level_set::MODEL,
     &topology::MODEL,
+    &curvature::MODEL,
 ];

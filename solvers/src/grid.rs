@@ -38,8 +38,8 @@ impl Grid {
                 name: "grid".into(),
                 shape: shape.to_vec(),
                 needed: format!(
-                    "{:.3e} bytes per field",
-                    shape.iter().map(|&n| n as f64).product::<f64>() * 8.0
+                    "{:.0} GiB a field",
+                    shape.iter().map(|&n| n as f64).product::<f64>() * 8.0 / 1024.0_f64.powi(3)
                 ),
                 available: "an address space of 2^40 nodes".into(),
             }),

@@ -1,9 +1,10 @@
-//! `patterns convert`: between the field formats.
+//! `patterns convert`: between the file formats.
 
 use anyhow::{Result, bail};
 use std::{path::PathBuf, process::ExitCode};
 
-/// Convert a field between NPY, NPZ, CSV, VTI and pictures, by the file names' endings.
+/// Convert a field (NPY, NPZ, CSV, VTI, NRRD, NIfTI, MRC, TIFF stack, pictures), a mesh (PLY,
+/// STL, OBJ, GLB) or an outline (CSV to DXF or SVG), by the file names' endings.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: patterns convert out/rd-1/b.npy b.vti")]
 pub(super) struct Args {

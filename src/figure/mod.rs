@@ -15,6 +15,13 @@ use toml::Table;
 /// The files of `examples/`, carried by the program; a test sees to it that none is missing.
 const EXAMPLES: &[(&str, &str)] = &[
     ("anisotropic", include_str!("../../examples/anisotropic.toml")),
+    ("curvature", include_str!("../../examples/curvature.toml")),
+    ("curvature-1", include_str!("../../examples/curvature-1.toml")),
+    ("curvature-11", include_str!("../../examples/curvature-11.toml")),
+    ("curvature-13", include_str!("../../examples/curvature-13.toml")),
+    ("curvature-2", include_str!("../../examples/curvature-2.toml")),
+    ("curvature-4", include_str!("../../examples/curvature-4.toml")),
+    ("curvature-8", include_str!("../../examples/curvature-8.toml")),
     ("figure-1-1", include_str!("../../examples/figure-1-1.toml")),
     ("figure-1-5", include_str!("../../examples/figure-1-5.toml")),
     ("figure-1-6", include_str!("../../examples/figure-1-6.toml")),

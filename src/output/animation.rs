@@ -9,8 +9,11 @@ use std::{io::Write, path::Path};
 mod bytes;
 mod film;
 mod frame;
+mod turntable;
 
-use film::{Film, Patch};
+pub use turntable::write_pictures;
+
+use film::Film;
 use frame::Frame;
 
 /// Smaller frames are magnified by a whole number, up to this many pixels.
@@ -127,16 +130,7 @@ impl Animation {
     /// # Errors
     /// If there is no frame or `out` fails.
     pub fn write_gif(&self, out: &mut impl Write) -> Result<()> {
-        let film = self.film()?;
-        let [width, height] = film.size;
-        let mut encoder =
-            gif::Encoder::new(out, width as u16, height as u16, film.palette.as_flattened())?;
-        encoder.set_repeat(gif::Repeat::Infinite)?;
-        let compressed: Vec<gif::Frame<'_>> = film.patches.par_iter().map(Patch::to_gif).collect();
-        for frame in &compressed {
-            encoder.write_lzw_pre_encoded_frame(frame)?;
-        }
-        Ok(encoder.into_inner()?.flush()?)
+        self.film()?.write_gif(out)
     }
 
     /// Writes an animated PNG that repeats for ever.
@@ -144,27 +138,7 @@ impl Animation {
     /// # Errors
     /// If there is no frame or `out` fails.
     pub fn write_apng(&self, out: &mut impl Write) -> Result<()> {
-        let film = self.film()?;
-        let [width, height] = film.size.map(|n| n as u32);
-        let mut encoder = png::Encoder::new(out, width, height);
-        encoder.set_color(png::ColorType::Indexed);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_palette(film.palette.as_flattened());
-        encoder.set_trns([vec![255; 255], vec![0]].concat());
-        encoder.set_compression(png::Compression::Balanced);
-        encoder.set_filter(png::Filter::NoFilter);
-        encoder.set_animated(film.patches.len() as u32, 0)?;
-        let mut writer = encoder.write_header()?;
-        for patch in &film.patches {
-            // The first covers everything.
-            writer.reset_frame_position()?;
-            writer.set_frame_dimension(patch.width as u32, patch.height as u32)?;
-            writer.set_frame_position(patch.left as u32, patch.top as u32)?;
-            writer.set_blend_op(png::BlendOp::Over)?;
-            writer.set_frame_delay(patch.delay, 100)?;
-            writer.write_image_data(&patch.pixels)?;
-        }
-        Ok(writer.finish()?)
+        self.film()?.write_apng(out)
     }
 
     /// The frames as patches over one another.
@@ -176,24 +150,7 @@ impl Animation {
         let draw = |frame: &&Frame| frame.draw(times, range, self.colors);
         let pictures: Vec<Vec<u8>> = frames.par_iter().map(draw).collect();
         let size = [first.nx * times, first.ny * times];
-        let mut patches = vec![Patch {
-            left: 0,
-            top: 0,
-            width: size[0],
-            height: size[1],
-            delay: DELAY,
-            pixels: pictures[0].clone(),
-        }];
-        for pair in pictures.windows(2) {
-            match (Patch::between(&pair[0], &pair[1], size[0], DELAY), patches.last_mut()) {
-                (None, Some(last)) => last.delay = last.delay.saturating_add(DELAY),
-                (patch, _) => patches.extend(patch),
-            }
-        }
-        if let Some(last) = patches.last_mut() {
-            last.delay = last.delay.saturating_add(LAST_DELAY - DELAY);
-        }
-        Ok(Film { size, palette: film::palette(self.colors), patches })
+        Ok(Film::new(size, film::palette(self.colors), &pictures, [DELAY, LAST_DELAY]))
     }
 
     /// Values at the ends of the colormap, for all frames.

@@ -94,7 +94,21 @@ pub fn read_ply(bytes: &[u8]) -> Result<TriangleMesh> {
     let vertices = data[..split].chunks_exact(12).map(vertex).collect();
     let triangles =
         data[split..].chunks_exact(13).map(|b| [1, 5, 9].map(|n| word(&b[n..]))).collect();
-    Ok(TriangleMesh { vertices, triangles })
+    let mesh = TriangleMesh { vertices, triangles };
+    check(&mesh)?;
+    Ok(mesh)
+}
+
+/// Refuses triangles without their vertices.
+pub(super) fn check(mesh: &TriangleMesh) -> Result<()> {
+    let count = mesh.vertices.len();
+    let bad = mesh.triangles.iter().flatten().find(|&&n| n as usize >= count);
+    ensure!(
+        bad.is_none(),
+        "vertex {} is named, there are {count}",
+        bad.map_or(0, |&n| u64::from(n) + 1)
+    );
+    Ok(())
 }
 
 /// Reads binary STL; equal corners of neighbours stay separate vertices.
@@ -142,9 +156,7 @@ pub fn read_obj(text: &str) -> Result<TriangleMesh> {
             _ => {}
         }
     }
-    let count = mesh.vertices.len();
-    let bad = mesh.triangles.iter().flatten().find(|&&n| n as usize >= count);
-    ensure!(bad.is_none(), "vertex {} is named, there are {count}", bad.map_or(0, |n| n + 1));
+    check(&mesh)?;
     Ok(mesh)
 }
 

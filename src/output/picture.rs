@@ -338,7 +338,7 @@ fn outline(canvas: &mut Canvas, [x0, y0, x1, y1]: [usize; 4]) {
 }
 
 /// The colour bar and its numbers.
-fn draw_bar(
+pub(super) fn draw_bar(
     canvas: &mut Canvas,
     [x0, y0, x1, y1]: [usize; 4],
     (map, [low, high]): (Colormap, [f64; 2]),

@@ -1,4 +1,4 @@
-//! Contours as SVG paths and DXF polylines.
+//! Contours as SVG paths.
 
 use anyhow::Result;
 use solvers::isosurface::Polyline;
@@ -77,25 +77,6 @@ pub fn write_svg(
     Ok(writeln!(out, "</svg>")?)
 }
 
-/// Writes `lines` as DXF R12 polylines on layer 0; y grows upwards there, so that `height`
-/// (of the picture, in the unit of the points) turns it around.
-///
-/// # Errors
-/// If `out` fails.
-pub fn write_dxf(lines: &[Polyline], height: f64, out: &mut impl Write) -> Result<()> {
-    write!(out, "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1009\n0\nENDSEC\n")?;
-    write!(out, "0\nSECTION\n2\nENTITIES\n")?;
-    for line in lines.iter().filter(|l| l.points.len() >= 2) {
-        // 66: vertices follow; 70: 1 where the line is closed.
-        write!(out, "0\nPOLYLINE\n8\n0\n66\n1\n70\n{}\n", u8::from(line.closed))?;
-        for [x, y] in &line.points {
-            write!(out, "0\nVERTEX\n8\n0\n10\n{x}\n20\n{}\n30\n0\n", height - y)?;
-        }
-        write!(out, "0\nSEQEND\n8\n0\n")?;
-    }
-    Ok(write!(out, "0\nENDSEC\n0\nEOF\n")?)
-}
-
 /// `v` with as many decimals as `unit` has, without trailing zeros.
 fn short(v: f64, unit: f64) -> String {
     let decimals = (-unit.log10()).ceil().clamp(0.0, 12.0) as usize;
@@ -128,15 +109,5 @@ mod tests {
         assert!(text.contains("d=\"M1 2L3.25 2 3.25 4.12346 0 4Z\""), "{text}");
         assert!(text.contains("stroke-width=\"0.2\" d=\"M0 0L5.5 5\""), "{text}");
         assert!(!text.contains("NaN"), "{text}");
-    }
-
-    #[test]
-    fn dxf_turns_the_picture_around() {
-        let line = Polyline { points: vec![[1.0, 2.0], [3.0, 2.0]], closed: true };
-        let mut out = Vec::new();
-        write_dxf(&[line], 40.0, &mut out).unwrap();
-        let text = String::from_utf8(out).unwrap();
-        assert!(text.contains("70\n1\n0\nVERTEX\n8\n0\n10\n1\n20\n38\n"), "{text}");
-        assert!(text.ends_with("0\nENDSEC\n0\nEOF\n"));
     }
 }

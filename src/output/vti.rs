@@ -3,6 +3,7 @@
 //! Source: "VTK File Formats", XML formats. Arrays are stored with x fastest, which is the
 //! row-major order of `[nz, ny, nx]`.
 
+use super::volume::Volume;
 use anyhow::{Context as _, Result, bail, ensure};
 use ndarray::ArrayD;
 use solvers::Field;
@@ -13,16 +14,38 @@ use std::io::Write;
 /// # Errors
 /// If there is no array, the grids differ, or `out` fails.
 pub fn write(arrays: &[(&str, &Field)], out: &mut impl Write) -> Result<()> {
+    let h = arrays.first().context("no array to write")?.1.grid().spacing();
+    write_placed(arrays, [h; 3], [0.0; 3], out)
+}
+
+/// Writes a volume as point data called `values`.
+///
+/// # Errors
+/// If it is too large for a field or `out` fails.
+pub fn write_volume(volume: &Volume, out: &mut impl Write) -> Result<()> {
+    let field = Field::from_array(volume.values.clone(), 1.0)?;
+    write_placed(&[("values", &field)], volume.spacing, volume.origin, out)
+}
+
+fn write_placed(
+    arrays: &[(&str, &Field)],
+    spacing: [f64; 3],
+    origin: [f64; 3],
+    out: &mut impl Write,
+) -> Result<()> {
     let grid = arrays.first().context("no array to write")?.1.grid();
     let [nz, ny, nx] = grid.shape();
-    let h = grid.spacing();
+    let [spacing, origin] = [spacing, origin].map(|[x, y, z]| format!("{x} {y} {z}"));
     let extent = format!("0 {} 0 {} 0 {}", nx - 1, ny - 1, nz - 1);
     writeln!(out, "<?xml version=\"1.0\"?>")?;
     writeln!(
         out,
         "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">"
     )?;
-    writeln!(out, "<ImageData WholeExtent=\"{extent}\" Origin=\"0 0 0\" Spacing=\"{h} {h} {h}\">")?;
+    writeln!(
+        out,
+        "<ImageData WholeExtent=\"{extent}\" Origin=\"{origin}\" Spacing=\"{spacing}\">"
+    )?;
     writeln!(out, "<Piece Extent=\"{extent}\">\n<PointData Scalars=\"{}\">", escape(arrays[0].0))?;
     let bytes = 8 * grid.len();
     for (n, (name, field)) in arrays.iter().enumerate() {
@@ -68,6 +91,8 @@ pub struct Array {
     pub values: ArrayD<f64>,
     /// Distances of nodes along x, y, z.
     pub spacing: [f64; 3],
+    /// Position x, y, z of the first node.
+    pub origin: [f64; 3],
 }
 
 /// Reads all arrays of one component, point or cell data: ascii, base64 (`binary`), and
@@ -100,6 +125,12 @@ pub fn read(bytes: &[u8], limit: u64) -> Result<Vec<Array>> {
             spacing.len()
         );
     };
+    let origin: Vec<f64> = numbers(image.attribute("Origin").unwrap_or("0 0 0"))?;
+    let &[ox, oy, oz] = origin.as_slice() else {
+        bail!("the origin needs 3 numbers, found {}", origin.len());
+    };
+    // The extent may begin anywhere.
+    let origin = [ox + x0 as f64 * hx, oy + y0 as f64 * hy, oz + z0 as f64 * hz];
     let nodes = [(x0, x1), (y0, y1), (z0, z1)]
         .map(|(a, b)| b.checked_sub(a).and_then(|n| n.checked_add(1)).filter(|n| *n > 0));
     let [Some(nx), Some(ny), Some(nz)] = nodes else {
@@ -121,7 +152,7 @@ pub fn read(bytes: &[u8], limit: u64) -> Result<Vec<Array>> {
             let values = layout
                 .values(&found, bytes, shape, limit)
                 .with_context(|| format!("array `{name}`"))?;
-            arrays.push(Array { name, values, spacing: [hx, hy, hz] });
+            arrays.push(Array { name, values, spacing: [hx, hy, hz], origin });
         }
     }
     ensure!(!arrays.is_empty(), "no array of one component");

@@ -30,8 +30,6 @@ pub(super) struct Analysis {
     pub(super) stiffness: Vec<f64>,
     force: Vec<f64>,
     energies: Vec<f64>,
-    /// Room for a sum of energies over the cases.
-    density: Vec<f64>,
     product: Vec<f64>,
     /// The last solves: most iterations and greatest residual.
     pub(super) report: SolveReport,
@@ -64,7 +62,6 @@ impl Analysis {
             adjoint: vec![unknowns.clone(); problem.cases.len()],
             stiffness: elements.clone(),
             force: unknowns.clone(),
-            density: elements.clone(),
             energies: elements,
             product: unknowns,
             report: SolveReport::default(),
@@ -134,7 +131,24 @@ impl Analysis {
         self.total_iterations += report.iterations as u64;
     }
 
-    /// Objective of a case; adds its derivatives by the physical densities to `gradient`,
+    /// Objective of a case.
+    pub(super) fn value(
+        &mut self,
+        problem: &Problem,
+        config: &Config,
+        case: usize,
+        rho: &[f64],
+    ) -> f64 {
+        match config.objective {
+            Objective::Compliance => self.compliance(problem, case, rho),
+            Objective::Displacement => self.output(problem, case),
+            Objective::Stress => {
+                stress::Norm::new(problem, config.stress_exponent, &self.u[case], rho).value
+            }
+        }
+    }
+
+    /// As [`Analysis::value`]; adds the derivatives by the physical densities to `gradient`,
     /// times `weight`.
     pub(super) fn objective(
         &mut self,
@@ -145,46 +159,51 @@ impl Analysis {
         law: Law,
         gradient: &mut [f64],
     ) -> Result<f64> {
+        let tolerance = config.solver_tolerance.unwrap_or(ADJOINT_TOLERANCE);
         match config.objective {
-            Objective::Compliance => Ok(self.compliance(problem, case, weight, rho, law, gradient)),
+            Objective::Compliance => {
+                let value = self.compliance(problem, case, rho);
+                for ((g, energy), &x) in gradient.iter_mut().zip(&self.energies).zip(rho) {
+                    *g -= weight * law.derivative(x) * energy;
+                }
+                add_weight_derivative(problem, 2.0 * weight, &self.u[case], gradient);
+                Ok(value)
+            }
             Objective::Displacement => {
                 let output = problem.output.as_deref().unwrap_or_default();
-                let value: f64 = output.iter().zip(&self.u[case]).map(|(l, u)| l * u).sum();
-                self.add_adjoint(problem, (case, weight), output, rho, law, gradient)?;
+                let value = self.output(problem, case);
+                self.adjoint(problem, case, output, tolerance)?;
+                self.add_adjoint(problem, (case, weight), rho, law, gradient);
                 Ok(value)
             }
             Objective::Stress => {
                 // `product` is free after the solves.
                 let mut right = std::mem::take(&mut self.product);
                 right.fill(0.0);
-                let u = &self.u[case];
-                let exponent = config.stress_exponent;
-                let value = stress::p_norm(problem, exponent, u, rho, weight, &mut right, gradient);
-                let added = self.add_adjoint(problem, (case, weight), &right, rho, law, gradient);
+                let norm = stress::Norm::new(problem, config.stress_exponent, &self.u[case], rho);
+                norm.add_derivatives(problem, rho, weight, &mut right, gradient);
+                let solved = self.adjoint(problem, case, &right, tolerance);
                 self.product = right;
-                added.map(|()| value)
+                solved?;
+                self.add_adjoint(problem, (case, weight), rho, law, gradient);
+                Ok(norm.value)
             }
         }
     }
 
+    fn output(&self, problem: &Problem, case: usize) -> f64 {
+        let output = problem.output.as_deref().unwrap_or_default();
+        output.iter().zip(&self.u[case]).map(|(l, u)| l * u).sum()
+    }
+
     /// `c = 2 f.u - u.K u`: `f.u`, less the work of prescribed displacements, as in
-    /// Niu, Xu & Cheng 2011; its derivative needs no adjoint.
-    fn compliance(
-        &mut self,
-        problem: &Problem,
-        case: usize,
-        weight: f64,
-        rho: &[f64],
-        law: Law,
-        gradient: &mut [f64],
-    ) -> f64 {
+    /// Niu, Xu & Cheng 2011; its derivative `2 df.u - u.dK u` needs no adjoint. Leaves
+    /// `u_e . K_e u_e` at stiffness 1 in `energies`.
+    pub(super) fn compliance(&mut self, problem: &Problem, case: usize, rho: &[f64]) -> f64 {
         let u = &self.u[case];
         problem.system.energies(u, u, &mut self.energies);
         let parts = self.stiffness.iter().zip(&self.energies).map(|(e, energy)| e * energy);
         let elastic: f64 = parts.sum();
-        for ((g, energy), &x) in gradient.iter_mut().zip(&self.energies).zip(rho) {
-            *g -= weight * law.derivative(x) * energy;
-        }
         if problem.prescribed.is_none()
             && problem.body_force.is_none()
             && problem.system.springs().is_empty()
@@ -196,8 +215,15 @@ impl Analysis {
         add_body_force(problem, |e| rho[e], &mut self.force);
         let springs: f64 = problem.system.springs().iter().zip(u).map(|(k, u)| k * u * u).sum();
         let work: f64 = self.force.iter().zip(u).map(|(f, u)| f * u).sum();
-        add_weight_derivative(problem, 2.0 * weight, u, gradient);
         2.0 * work - elastic - springs
+    }
+
+    /// Solves `K m = l` for the adjoint of a case.
+    fn adjoint(&mut self, problem: &Problem, case: usize, l: &[f64], tolerance: f64) -> Result<()> {
+        let m = &mut self.adjoint[case];
+        let report = self.solver.solve(&problem.system, l, m, tolerance)?;
+        self.note(report);
+        Ok(())
     }
 
     /// Adds `weight d(l . u)/d rho` for `l` constant: with `K m = l` it is `-m . dK u + m . df`.
@@ -205,44 +231,52 @@ impl Analysis {
         &mut self,
         problem: &Problem,
         (case, weight): (usize, f64),
-        l: &[f64],
         rho: &[f64],
         law: Law,
         gradient: &mut [f64],
-    ) -> Result<()> {
-        let m = &mut self.adjoint[case];
-        let report = self.solver.solve(&problem.system, l, m, ADJOINT_TOLERANCE)?;
+    ) {
+        let m = &self.adjoint[case];
         problem.system.energies(m, &self.u[case], &mut self.energies);
         for ((g, energy), &x) in gradient.iter_mut().zip(&self.energies).zip(rho) {
             *g -= weight * law.derivative(x) * energy;
         }
-        add_weight_derivative(problem, weight, &self.adjoint[case], gradient);
-        self.note(report);
-        Ok(())
+        add_weight_derivative(problem, weight, m, gradient);
     }
 
     /// Compliance of densities 0 and 1 with the void that designs are compared with.
     pub(super) fn black_and_white(&mut self, problem: &Problem, black: &[f64]) -> Result<f64> {
         self.solve(problem, black, Law::linear(VOID), BLACK_TOLERANCE)?;
-        let mut energy = std::mem::take(&mut self.density);
-        self.energy_density(problem, &mut energy);
-        let value = energy.iter().zip(&self.stiffness).map(|(w, e)| w * e).sum();
-        self.density = energy;
-        Ok(value)
+        Ok(self.compliances(problem, black))
     }
 
-    /// Energy `u_e . K_e u_e` of each element at stiffness 1, summed over the cases by weight.
-    pub(super) fn energy_density(&mut self, problem: &Problem, density: &mut [f64]) {
-        density.fill(0.0);
+    /// Weighted sum of the cases' compliances.
+    pub(super) fn compliances(&mut self, problem: &Problem, rho: &[f64]) -> f64 {
+        let cases = problem.cases.iter().enumerate();
+        cases.map(|(case, (weight, _))| weight * self.compliance(problem, case, rho)).sum()
+    }
+
+    /// What solid is worth at each element: minus the derivative of the compliances by the
+    /// density where an element is solid, and as much less as it is not:
+    /// `E_e u_e . K_e u_e - 2 u . db/d rho_e`, b the weight.
+    pub(super) fn worth(&mut self, problem: &Problem, worth: &mut [f64]) {
+        worth.fill(0.0);
         for (case, (weight, _)) in problem.cases.iter().enumerate() {
-            problem.system.energies(&self.u[case], &self.u[case], &mut self.energies);
-            density.iter_mut().zip(&self.energies).for_each(|(d, e)| *d += weight * e);
+            let u = &self.u[case];
+            problem.system.energies(u, u, &mut self.energies);
+            let parts = self.stiffness.iter().zip(&self.energies);
+            worth.iter_mut().zip(parts).for_each(|(w, (e, energy))| *w += weight * (e * energy));
+            add_weight_derivative(problem, -2.0 * weight, u, worth);
         }
     }
 }
 
 /// Adds `factor v . db/d rho_e` for the weight b.
-fn add_weight_derivative(problem: &Problem, factor: f64, v: &[f64], gradient: &mut [f64]) {
+pub(super) fn add_weight_derivative(
+    problem: &Problem,
+    factor: f64,
+    v: &[f64],
+    gradient: &mut [f64],
+) {
     let Some(per_node) = problem.body_force else { return };
     let components = problem.system.element().components();
     let n = problem.system.element().unknowns();

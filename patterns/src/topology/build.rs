@@ -8,11 +8,11 @@ use super::{
 use crate::{Context, Error, Result};
 use solvers::{
     Grid,
-    fem::{Elastic, Element, Lattice, System},
+    fem::{Elastic, Element, Lattice, PlaneState, System},
 };
 
 /// Densities, gradients, filter, optimizer and pictures of an element, displacements and
-/// forces of its node; the linear solver tells its own needs.
+/// forces of its node; the linear solver tells its own needs, and has the rest.
 const BYTES_PER_ELEMENT: usize = 400;
 
 /// A problem ready to be solved.
@@ -34,6 +34,68 @@ pub(super) struct Problem {
     pub(super) mirror: [bool; 3],
     /// Bytes that a linear solver may take.
     pub(super) memory: u64,
+    /// Edge of an element (length).
+    pub(super) unit: f64,
+    pub(super) hole: Hole,
+}
+
+/// What a small hole costs per its volume, from energy density and stresses: the topological
+/// derivative of the compliance.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Hole {
+    /// For heat; a round hole costs twice its energy, a ball 3/2.
+    Heat(f64),
+    /// In the plane `((s1 + s2)^2 + 2 (s1 - s2)^2) / E`, Kirsch's hole: Garreau, Guillaume &
+    /// Masmoudi 2001. E of plane strain is `E / (1 - nu^2)`.
+    Plane {
+        /// 1/E.
+        compliance: f64,
+    },
+    /// A ball in space: `a (10 w - b (tr s)^2)` with `a = 3 (1 - nu) / (2 (7 - 5 nu))` and
+    /// `b = (1 - 5 nu) / E`; Garreau, Guillaume & Masmoudi 2001, section 5.
+    Space {
+        /// a.
+        factor: f64,
+        /// b.
+        trace: f64,
+    },
+}
+
+impl Hole {
+    fn new(problem: &ProblemConfig, dim: usize) -> Self {
+        let (e, nu) = (problem.youngs_modulus, problem.poisson_ratio);
+        match (problem.physics, dim) {
+            (Physics::Heat, 2) => Self::Heat(2.0),
+            (Physics::Heat, _) => Self::Heat(1.5),
+            (Physics::Elasticity, 2) => {
+                let strain = problem.plane == PlaneState::PlaneStrain;
+                let stiffer = if strain { 1.0 - nu * nu } else { 1.0 };
+                Self::Plane { compliance: stiffer / e }
+            }
+            (Physics::Elasticity, _) => {
+                let factor = 1.5 * (1.0 - nu) / (7.0 - 5.0 * nu);
+                // The element's matrix and stresses have the edge in them once.
+                Self::Space { factor, trace: (1.0 - 5.0 * nu) / (e * problem.unit) }
+            }
+        }
+    }
+
+    /// The cost, from the energy density and the stresses `xx, yy, ...`.
+    pub(super) fn cost(self, energy: f64, stress: &[f64; 6]) -> f64 {
+        let [xx, yy, third, ..] = *stress;
+        match self {
+            Self::Heat(factor) => factor * energy,
+            Self::Plane { compliance } => {
+                let (sum, difference) = (xx + yy, xx - yy);
+                let shear = 2.0 * third;
+                compliance * (sum * sum + 2.0 * (difference * difference + shear * shear))
+            }
+            Self::Space { factor, trace } => {
+                let sum = xx + yy + third;
+                factor * (10.0 * energy - trace * sum * sum)
+            }
+        }
+    }
 }
 
 macro_rules! place {
@@ -63,11 +125,27 @@ impl Problem {
         let cases = builder.loads(&fixed, prescribed.is_some())?;
         let output = builder.output()?;
         let body_force = builder.body_force(grid.dim())?;
-        let passive = super::passive::find(&problem.passive, grid, context)?;
+        let mut passive = super::passive::find(&problem.passive, grid, context)?;
         let mirror = builder.mirror(grid.dim())?;
+        super::passive::mirror(&mut passive, grid, mirror)?;
         let system = System::new(lattice, element, fixed, springs)?;
-        let memory = context.memory;
-        Ok(Self { grid, system, cases, prescribed, output, body_force, passive, mirror, memory })
+        // What the design itself takes is no longer there for the solver.
+        let memory = context.memory.saturating_sub((BYTES_PER_ELEMENT * grid.len()) as u64);
+        let unit = problem.unit;
+        let hole = Hole::new(problem, grid.dim());
+        Ok(Self {
+            grid,
+            system,
+            cases,
+            prescribed,
+            output,
+            body_force,
+            passive,
+            mirror,
+            memory,
+            unit,
+            hole,
+        })
     }
 
     /// Makes a field over the elements symmetric across the mirrored axes.

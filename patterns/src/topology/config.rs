@@ -27,6 +27,12 @@ pub struct Config {
     pub interpolation: Interpolation,
     /// Exponent p of the interpolation (q of RAMP), in [0, 20].
     pub penalization: f64,
+    /// Exponent at the start, in [0, penalization]; absent for `penalization` throughout.
+    pub penalization_start: Option<f64>,
+    /// What a rise adds to the exponent, in (0, 20].
+    pub penalization_step: f64,
+    /// Iterations until the exponent rises; it rises earlier when the design comes to rest.
+    pub penalization_every: u64,
     /// Stiffness of void relative to solid (modified SIMP and RAMP), in (0, 0.1].
     pub void_stiffness: f64,
     /// Rules of the 99 or of the 88 lines for density limits and bisection.
@@ -49,6 +55,9 @@ pub struct Config {
     pub iterations: u64,
     /// Solver of the linear systems.
     pub solver: Solver,
+    /// Relative residual asked of an iterative solver, in [1e-12, 0.01]; absent for one that
+    /// follows the change of the design.
+    pub solver_tolerance: Option<f64>,
     /// Exponent of the p-norm of the stresses, in [2, 64].
     pub stress_exponent: f64,
     /// What the level-set method does beside.
@@ -67,6 +76,9 @@ impl Default for Config {
             cases: Cases::Sum,
             interpolation: Interpolation::Modified,
             penalization: 3.0,
+            penalization_start: None,
+            penalization_step: 0.5,
+            penalization_every: 20,
             void_stiffness: 1e-9,
             rules: Rules::Lines88,
             filter: Filter::Sensitivity,
@@ -78,6 +90,7 @@ impl Default for Config {
             tolerance: 0.01,
             iterations: 1000,
             solver: Solver::Auto,
+            solver_tolerance: None,
             stress_exponent: 8.0,
             level_set: LevelSetConfig::default(),
         }
@@ -250,6 +263,18 @@ impl Config {
         within("volume", self.volume, self.volume > 0.0 && self.volume < 1.0, "(0, 1)")?;
         let p = self.penalization;
         within("penalization", p, (0.0..=20.0).contains(&p), "[0, 20]")?;
+        if let Some(start) = self.penalization_start {
+            let ok = (0.0..=p).contains(&start);
+            within("penalization_start", start, ok, "[0, penalization]")?;
+        }
+        half_open("penalization_step", self.penalization_step, 20.0)?;
+        if self.penalization_every == 0 {
+            return Err(Error::range("penalization_every", 0.0, "[1, inf)"));
+        }
+        if let Some(tolerance) = self.solver_tolerance {
+            let ok = (1e-12..=0.01).contains(&tolerance);
+            within("solver_tolerance", tolerance, ok, "[1e-12, 0.01]")?;
+        }
         half_open("void_stiffness", self.void_stiffness, 0.1)?;
         let r = self.filter_radius;
         within("filter_radius", r, (1.0..=1000.0).contains(&r), "[1, 1000]")?;

@@ -10,7 +10,7 @@
 //! come and go: the design that is written is the one that was best in black and white.
 
 use super::{
-    analysis::Analysis,
+    analysis::{Analysis, add_weight_derivative},
     build::Problem,
     config::{Config, Objective},
     filter::Helmholtz,
@@ -40,6 +40,9 @@ const VOLUME_MET: f64 = 0.005;
 
 /// Elements of a task: large enough to hide its cost.
 const CHUNK: usize = 1024;
+
+/// Relative residual asked of an iterative solver.
+const TOLERANCE: f64 = 1e-8;
 
 /// Depth (elements) to which the front is kept away from elements that must stay solid.
 const KEPT: f64 = -0.5;
@@ -74,20 +77,9 @@ pub(super) struct Front {
 impl Front {
     pub(super) fn new(config: &Config, problem: &Problem) -> Result<Self> {
         if config.objective != Objective::Compliance || config.cases != super::Cases::Sum {
-            let reason = "`level-set` minimizes the sum of the cases' compliances only";
+            let reason = "`level-set` makes the sum of the cases' compliances small and nothing \
+                          else; take `--method simp`";
             return Err(Error::config("method", reason));
-        }
-        // Their parts of the shape derivative are not in the speed.
-        let beside = [
-            ("body forces", problem.body_force.is_some()),
-            ("springs", !problem.system.springs().is_empty()),
-            ("prescribed displacements", problem.prescribed.is_some()),
-        ];
-        if let Some((what, _)) = beside.iter().find(|(_, there)| *there) {
-            return Err(Error::config(
-                "method",
-                format!("`level-set` knows no {what}; take `simp`"),
-            ));
         }
         let grid = problem.grid;
         let sides = grid.shape();
@@ -106,6 +98,16 @@ impl Front {
         let scheme =
             Scheme { order: Order::First, boundary: Boundary::Extrapolate, ..Scheme::default() };
         let kept = kept(problem);
+        let solid = kept.iter().filter(|kept| **kept == Some(true)).count();
+        if solid as f64 > config.volume * kept.len() as f64 {
+            let reason = format!(
+                "`level-set` keeps elements beside a load solid, here {solid} of {}, more than the \
+                 volume {} allows; take `--method simp`",
+                kept.len(),
+                config.volume
+            );
+            return Err(Error::config("method", reason));
+        }
         keep(&kept, phi.as_mut_slice());
         let options = RedistanceOptions { boundary: Boundary::Neumann, band: None };
         let mut redistance = Redistance::new(grid, options)?;
@@ -155,10 +157,10 @@ impl Front {
         let ersatz = config.level_set.ersatz;
         let stiffness = analysis.stiffness.iter_mut().zip(&self.rho);
         stiffness.for_each(|(e, x)| *e = ersatz + x * (1.0 - ersatz));
-        analysis.solve_stiffness(problem, &self.rho, 1e-8)?;
-        analysis.energy_density(problem, &mut self.energy);
-        self.energy.iter_mut().zip(&analysis.stiffness).for_each(|(w, e)| *w *= e);
-        self.objective = self.energy.iter().sum();
+        let tolerance = config.solver_tolerance.unwrap_or(TOLERANCE);
+        analysis.solve_stiffness(problem, &self.rho, tolerance)?;
+        self.objective = analysis.compliances(problem, &self.rho);
+        analysis.worth(problem, &mut self.energy);
         if !self.objective.is_finite() {
             return Err(solvers::Error::Invalid(format!(
                 "the compliance became {}",
@@ -184,6 +186,7 @@ impl Front {
         if options.redistance_every > 0 && self.done.is_multiple_of(options.redistance_every) {
             self.redistance_at_volume()?;
         }
+        problem.symmetrize(self.front.phi_mut().as_mut_slice());
         self.measure();
         self.recent.push(self.objective);
         self.remember(config, problem, analysis);
@@ -245,10 +248,14 @@ impl Front {
         let near = |(w, phi): (&f64, &f64)| if phi.abs() < 1.5 { *w } else { 0.0 };
         let greatest =
             self.smoothed.iter().zip(self.front.phi().as_slice()).map(near).fold(0.0, f64::max);
-        let typical = mean(&self.energy) / self.volume;
+        let sizes = self.energy.iter().map(|w| w.abs()).sum::<f64>();
+        let typical = sizes / (self.energy.len() as f64 * self.volume);
         let scale = 1.0 / (2.0 * typical).min(greatest).max(f64::MIN_POSITIVE);
         let mut speed = ShapeSpeed { energy, lambda: 0.0, scale };
-        let (mut low, mut high) = (0.0, self.smoothed.iter().copied().fold(0.0, f64::max));
+        let (mut low, mut high) = self
+            .smoothed
+            .iter()
+            .fold((0.0, 0.0), |(low, high): (f64, f64), w| (low.min(*w), high.max(*w)));
         let mut volume = vec![0.0; grid.len()];
         for _ in 0..BISECTIONS {
             speed.lambda = 0.5 * (low + high);
@@ -284,10 +291,10 @@ impl Front {
         let mut inside: Vec<usize> = (0..phi.len()).filter(inner).collect();
         inside.sort_by(|&a, &b| self.cost[a].total_cmp(&self.cost[b]));
         let solid = self.volume * phi.len() as f64;
-        inside.truncate((fraction * solid) as usize);
-        if inside.is_empty() {
-            return Ok(());
-        }
+        let count = ((fraction * solid) as usize).min(inside.len());
+        let Some(&last) = inside.get(count.wrapping_sub(1)) else { return Ok(()) };
+        // Elements of the same cost are mirror images: all or none.
+        inside.retain(|&e| self.cost[e] <= self.cost[last]);
         let phi = self.front.phi_mut();
         inside.iter().for_each(|&e| phi.as_mut_slice()[e] = 0.5);
         self.redistance.apply(phi)?;
@@ -341,15 +348,11 @@ impl Front {
     }
 }
 
-/// What a small hole at an element's middle costs, up to one factor for all elements.
-///
-/// In the plane `(s1 + s2)^2 + 2 (s1 - s2)^2` of the principal stresses, which is Kirsch's
-/// hole: Garreau, Guillaume & Masmoudi 2001. For heat the energy density, exactly; in space
-/// too, where the derivative weighs shear a little more.
+/// What a hole of an element's size costs at its middle: the topological derivative of the
+/// compliances, less what its weight cost.
 pub(super) fn topological_derivative(problem: &Problem, analysis: &Analysis, cost: &mut [f64]) {
     let (system, element) = (&problem.system, problem.system.element());
     let n = element.unknowns();
-    let kirsch = element.dim() == 2 && element.components() == 2;
     cost.fill(0.0);
     for ((weight, _), u) in problem.cases.iter().zip(&analysis.u) {
         cost.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, cost)| {
@@ -358,15 +361,12 @@ pub(super) fn topological_derivative(problem: &Problem, analysis: &Analysis, cos
                 let e = chunk * CHUNK + m;
                 system.gather(e, u, &mut local[..n]);
                 let stiffness = analysis.stiffness[e];
-                *cost += weight
-                    * if kirsch {
-                        let [xx, yy, xy, ..] = element.stress(&local[..n]).map(|s| s * stiffness);
-                        (xx + yy).powi(2) + 2.0 * ((xx - yy).powi(2) + 4.0 * xy * xy)
-                    } else {
-                        stiffness * element.energy(&local[..n], &local[..n])
-                    };
+                let stress = element.stress(&local[..n]).map(|s| s * stiffness);
+                let energy = stiffness * element.energy(&local[..n], &local[..n]);
+                *cost += weight * problem.hole.cost(energy, &stress);
             }
         });
+        add_weight_derivative(problem, -2.0 * weight, u, cost);
     }
 }
 
@@ -395,14 +395,17 @@ fn keep(kept: &[Option<bool>], phi: &mut [f64]) {
     }
 }
 
-/// Fixed material, and elements beside a load, without which the load would act on nothing.
+/// Fixed material, and elements beside a load or a prescribed displacement, which would act on
+/// nothing without them.
 fn kept(problem: &Problem) -> Vec<Option<bool>> {
     let system = &problem.system;
     let components = system.element().components();
     let lattice = system.lattice();
     let loaded = |node: usize| {
         let unknowns = node * components..(node + 1) * components;
-        problem.cases.iter().any(|(_, force)| force[unknowns.clone()].iter().any(|&f| f != 0.0))
+        let acts = |values: &[f64]| values[unknowns.clone()].iter().any(|&v| v != 0.0);
+        problem.prescribed.as_deref().is_some_and(acts)
+            || problem.cases.iter().any(|(_, force)| acts(force))
     };
     (0..problem.grid.len())
         .map(|e| match problem.passive[e] {

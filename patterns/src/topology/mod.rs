@@ -17,6 +17,7 @@ mod design;
 mod filter;
 mod front;
 mod interpolation;
+mod maps;
 mod marks;
 mod mechanism;
 mod passive;
@@ -125,12 +126,7 @@ impl Way {
 impl TopOpt {
     /// Objective of the design that is written, and of black and white with its volume.
     fn yardsticks(&self) -> Option<[f64; 2]> {
-        let law = match self.config.method {
-            Method::Simp => Law::new(&self.config, self.config.penalization),
-            // The front's ersatz material is linear in the solid part.
-            Method::LevelSet => Law::linear(self.config.level_set.ersatz),
-        };
-        let own = self.evaluate(self.way.rho(), law)?;
+        let own = self.evaluate(self.way.rho(), self.law())?;
         let order: Vec<f64> = match &self.way {
             Way::Simp(simp) => simp.rho.iter().map(|x| -x).collect(),
             Way::LevelSet(front) => front.phi().as_slice().to_vec(),
@@ -141,22 +137,33 @@ impl TopOpt {
 
     /// Objective of densities, by a solver of its own: looking must not change the run.
     fn evaluate(&self, rho: &[f64], law: Law) -> Option<f64> {
+        let mut analysis = self.analyse(rho, law)?;
+        let cases = self.problem.cases.iter().enumerate();
+        let values = cases.map(|(case, (weight, _))| {
+            weight * analysis.value(&self.problem, &self.config, case, rho)
+        });
+        Some(match self.config.cases {
+            Cases::Sum => values.sum(),
+            Cases::Worst => values.fold(f64::NEG_INFINITY, f64::max),
+        })
+    }
+
+    /// Displacements for densities.
+    fn analyse(&self, rho: &[f64], law: Law) -> Option<Analysis> {
         let (system, memory) = (&self.problem.system, self.problem.memory);
         let solver = LinearSolver::new(system, choice(&self.config), memory).ok()?;
         let mut analysis = Analysis::new(&self.problem, solver);
         analysis.solve(&self.problem, rho, law, FINAL_TOLERANCE).ok()?;
-        let mut gradient = vec![0.0; rho.len()];
-        let mut values = Vec::new();
-        for (case, (weight, _)) in self.problem.cases.iter().enumerate() {
-            let case = (case, *weight);
-            let value =
-                analysis.objective(&self.problem, &self.config, case, rho, law, &mut gradient);
-            values.push(weight * value.ok()?);
+        Some(analysis)
+    }
+
+    /// Stiffness of the design that is written.
+    fn law(&self) -> Law {
+        match self.config.method {
+            Method::Simp => Law::new(&self.config, self.config.penalization),
+            // The front's ersatz material is linear in the solid part.
+            Method::LevelSet => Law::linear(self.config.level_set.ersatz),
         }
-        Some(match self.config.cases {
-            Cases::Sum => values.iter().sum(),
-            Cases::Worst => values.into_iter().fold(f64::NEG_INFINITY, f64::max),
-        })
     }
 
     fn density(&self) -> Result<Field> {
@@ -243,7 +250,12 @@ impl Run for TopOpt {
 
     fn artifacts(&self) -> Vec<Artifact> {
         let Ok(density) = self.density() else { return Vec::new() };
-        view::artifacts(&self.problem, &density)
+        let mut artifacts = view::artifacts(&self.problem, &density);
+        if let Some(analysis) = self.analyse(self.way.rho(), self.law()) {
+            let physics = self.config.problem.physics;
+            artifacts.extend(maps::artifacts(&self.problem, physics, &analysis, &density));
+        }
+        artifacts
     }
 
     fn frame(&self) -> Option<Image> {

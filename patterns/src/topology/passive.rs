@@ -27,6 +27,36 @@ pub(super) fn find(
     Ok(passive)
 }
 
+/// Mirrors the fixed material across the axes x, y, z of `mirror`, as the design is.
+pub(super) fn mirror(
+    passive: &mut [Option<Material>],
+    grid: Grid,
+    mirror: [bool; 3],
+) -> Result<()> {
+    let [nz, ny, nx] = grid.shape();
+    for axis in (0..3).filter(|&axis| mirror[axis]) {
+        for e in 0..passive.len() {
+            let mut at = [e % nx, e / nx % ny, e / (nx * ny)];
+            at[axis] = [nx, ny, nz][axis] - 1 - at[axis];
+            let other = grid.index(at[2], at[1], at[0]);
+            match (passive[e], passive[other]) {
+                (Some(own), Some(image)) if own != image => {
+                    let name = ["x", "y", "z"][axis];
+                    let reason =
+                        format!("solid and void are mirror images of each other across {name}");
+                    return Err(Error::config("problem.passive", reason));
+                }
+                (None, image) => passive[e] = image,
+                _ => {}
+            }
+        }
+    }
+    if !passive.contains(&None) {
+        return Err(Error::config("problem.passive", "nothing is left to design"));
+    }
+    Ok(())
+}
+
 fn members(region: &Passive, key: &str, grid: Grid, context: &Context<'_>) -> Result<Vec<bool>> {
     let dim = grid.dim();
     let by_middle = |test: &dyn Fn([f64; 3]) -> bool| {

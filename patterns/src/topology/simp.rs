@@ -33,12 +33,14 @@ pub(super) struct Simp {
     /// Physical densities of `x`.
     pub(super) rho: Vec<f64>,
     pub(super) beta: f64,
+    /// Penalization; it rises to the wanted one before beta rises.
+    p: f64,
     /// Objective of the design before the last update, volume after it, greatest change.
     pub(super) objective: f64,
     pub(super) volume: f64,
     pub(super) change: f64,
     scale: f64,
-    /// Iterations since the step was last sharpened.
+    /// Iterations since the penalization was last raised, or the step sharpened.
     since: u64,
     work: Vec<f64>,
 }
@@ -62,6 +64,7 @@ impl Simp {
             rho: vec![0.0; n],
             work: vec![0.0; n],
             beta,
+            p: config.penalization_start.unwrap_or(config.penalization),
             objective: f64::NAN,
             volume: config.volume,
             change: 1.0,
@@ -83,8 +86,9 @@ impl Simp {
         analysis: &mut Analysis,
     ) -> Result<bool> {
         // Every variant of a robust design has its own solves; the written one is intermediate.
-        let tolerance = (TOLERANCE_PER_CHANGE * self.change).clamp(TOLERANCES[0], TOLERANCES[1]);
-        let law = Law::new(config, config.penalization);
+        let tied = (TOLERANCE_PER_CHANGE * self.change).clamp(TOLERANCES[0], TOLERANCES[1]);
+        let tolerance = config.solver_tolerance.unwrap_or(tied);
+        let law = Law::new(config, self.p);
         let Self { design, update, functions, x, rho, work, .. } = self;
         let beta = self.beta;
         let mut evaluator =
@@ -101,26 +105,30 @@ impl Simp {
         match update {
             Update::Oc(oc) => optimality_criteria(oc, &mut evaluator, functions, x, work)?,
             _ => {
-                let mut trial = Functions::new(functions.objectives.len(), x.len());
-                let next = update.moving_asymptotes(x, self.scale, functions, |x| {
-                    evaluator.evaluate(x, &mut trial)?;
-                    let values = trial.objectives.iter().map(|(f, _)| *f).collect();
-                    Ok((values, trial.volume.0))
-                })?;
+                let next =
+                    update.moving_asymptotes(x, self.scale, functions, |x| evaluator.values(x))?;
                 work.copy_from_slice(&next);
             }
         }
         self.change = work.iter().zip(&*x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         x.copy_from_slice(work);
         design.physical(x, beta, Variant::Intermediate, rho)?;
-        self.volume = rho.iter().sum::<f64>() / rho.len() as f64;
+        self.volume = mean(rho);
         self.since += 1;
         Ok(self.rests(config))
     }
 
-    /// Whether the change is small and the step sharp; sharpens it when it is time.
+    /// Whether the change is small, the penalization whole and the step sharp; raises the one,
+    /// then the other when it is time.
     fn rests(&mut self, config: &Config) -> bool {
         let quiet = self.change <= config.tolerance;
+        if self.p < config.penalization {
+            if quiet || self.since >= config.penalization_every {
+                self.p = (self.p + config.penalization_step).min(config.penalization);
+                self.since = 0;
+            }
+            return false;
+        }
         let Some(projection) = config.projection else { return quiet };
         if self.beta >= projection.beta_max {
             return quiet;
@@ -134,7 +142,7 @@ impl Simp {
 
     pub(super) fn save(&self, state: &mut State) {
         state.put_f64("x", &self.x);
-        let numbers = [self.beta, self.objective, self.volume, self.change, self.scale];
+        let numbers = [self.beta, self.p, self.objective, self.volume, self.change, self.scale];
         state.put_f64("numbers", &numbers);
         state.put_u64("since", &[self.since]);
         state.put_u8("optimizer", &self.update.save());
@@ -142,9 +150,9 @@ impl Simp {
 
     pub(super) fn restore(&mut self, state: &State) -> Result<()> {
         state.get_f64("x", &mut self.x)?;
-        let mut numbers = [0.0; 5];
+        let mut numbers = [0.0; 6];
         state.get_f64("numbers", &mut numbers)?;
-        [self.beta, self.objective, self.volume, self.change, self.scale] = numbers;
+        [self.beta, self.p, self.objective, self.volume, self.change, self.scale] = numbers;
         self.since = state.one_u64("since")?;
         self.update.restore(state.all_u8("optimizer")?)?;
         self.design.physical(&self.x, self.beta, Variant::Intermediate, &mut self.rho)
@@ -189,7 +197,6 @@ impl Evaluator<'_> {
         let n = x.len() as f64;
         let worst = config.cases == Cases::Worst;
         let groups = if worst { problem.cases.len() } else { 1 };
-        let volumes = |rho: &[f64]| rho.iter().sum::<f64>() / n;
         let mut intermediate = 0.0;
         for (variant, objectives) in
             variants(config).iter().zip(functions.objectives.chunks_mut(groups))
@@ -211,20 +218,51 @@ impl Evaluator<'_> {
                 problem.symmetrize(gradient);
             }
             if *variant == Variant::Intermediate {
-                intermediate = volumes(rho);
+                intermediate = mean(rho);
             }
         }
-        // The volume is that of the last variant, whose target is such that the
-        // intermediate design has the wanted one.
         let last = variants(config)[variants(config).len() - 1];
-        let volume = volumes(rho);
         let (excess, gradient) = &mut functions.volume;
-        *excess = volume - config.volume * volume / intermediate;
+        *excess = excess_volume(config, mean(rho), intermediate);
         gradient.fill(1.0 / n);
         design.chain(beta, last, gradient)?;
         problem.symmetrize(gradient);
         Ok(())
     }
+
+    /// Objectives and excess volume of a trial, without gradients.
+    fn values(&mut self, x: &[f64]) -> Result<(Vec<f64>, f64)> {
+        let Self { config, problem, law, beta, tolerance, .. } = *self;
+        let (analysis, design, rho) = (&mut *self.analysis, &mut *self.design, &mut *self.rho);
+        let mut objectives = Vec::new();
+        let mut intermediate = 0.0;
+        for variant in variants(config) {
+            design.physical(x, beta, *variant, rho)?;
+            analysis.solve(problem, rho, law, tolerance)?;
+            let cases = problem.cases.iter().enumerate();
+            let values = cases
+                .map(|(case, (weight, _))| weight * analysis.value(problem, config, case, rho));
+            if config.cases == Cases::Worst {
+                objectives.extend(values);
+            } else {
+                objectives.push(values.sum());
+            }
+            if *variant == Variant::Intermediate {
+                intermediate = mean(rho);
+            }
+        }
+        Ok((objectives, excess_volume(config, mean(rho), intermediate)))
+    }
+}
+
+/// Volume of the last variant less its target, which is such that the intermediate design has
+/// the wanted one.
+fn excess_volume(config: &Config, last: f64, intermediate: f64) -> f64 {
+    last - config.volume * last / intermediate
+}
+
+fn mean(rho: &[f64]) -> f64 {
+    rho.iter().sum::<f64>() / rho.len() as f64
 }
 
 /// Writes the next design to `next`.

@@ -28,51 +28,69 @@ pub(super) fn von_mises(dim: usize, s: &[f64; 6]) -> (f64, [f64; 6]) {
     (value, slope.map(|d| d * inverse))
 }
 
-/// `(sum_e (sqrt(rho_e) s_e)^P)^(1/P)` with the von Mises stress `s_e` of solid material at
-/// the element's middle: the relaxed stress of Bruggi 2008 with exponent 1/2.
-///
-/// Adds its derivatives by the displacements to `right` and, times `weight`, those by the
-/// densities at fixed displacements to `gradient`.
-pub(super) fn p_norm(
-    problem: &Problem,
+/// Von Mises stresses of solid material at the elements' middles, and what the norm needs.
+pub(super) struct Norm {
+    /// Stress and its derivatives by the components.
+    stresses: Vec<(f64, [f64; 6])>,
     exponent: f64,
-    u: &[f64],
-    rho: &[f64],
-    weight: f64,
-    right: &mut [f64],
-    gradient: &mut [f64],
-) -> f64 {
-    let (system, element) = (&problem.system, problem.system.element());
-    let (n, dim, components) = (element.unknowns(), element.dim(), element.components());
-    let lattice = system.lattice();
-    let mut local = [0.0; 24];
-    let stress_of = |e: usize| {
+    /// `(sum_e (sqrt(rho_e) s_e)^P)^(1/P)`: the relaxed stress of Bruggi 2008 with exponent 1/2.
+    pub(super) value: f64,
+}
+
+impl Norm {
+    /// The p-norm of displacements `u` and densities `rho`.
+    pub(super) fn new(problem: &Problem, exponent: f64, u: &[f64], rho: &[f64]) -> Self {
+        let (system, element) = (&problem.system, problem.system.element());
+        let (n, dim) = (element.unknowns(), element.dim());
+        let stress_of = |e: usize| {
+            let mut local = [0.0; 24];
+            system.gather(e, u, &mut local[..n]);
+            von_mises(dim, &element.stress(&local[..n]))
+        };
+        let stresses: Vec<(f64, [f64; 6])> =
+            (0..rho.len()).into_par_iter().with_min_len(CHUNK).map(stress_of).collect();
+        let relaxed = |e: usize| relax(rho[e]) * stresses[e].0;
+        // Scaled by the greatest: powers of large stresses would overflow.
+        let greatest = (0..rho.len()).map(relaxed).fold(f64::MIN_POSITIVE, f64::max);
+        let power = |e: usize| libm::pow(relaxed(e) / greatest, exponent);
+        let powers: Vec<f64> =
+            (0..rho.len()).into_par_iter().with_min_len(CHUNK).map(power).collect();
+        let value = greatest * libm::pow(powers.iter().sum(), 1.0 / exponent);
+        Self { stresses, exponent, value }
+    }
+
+    /// Adds the derivatives by the displacements to `right` and, times `weight`, those by the
+    /// densities at fixed displacements to `gradient`.
+    pub(super) fn add_derivatives(
+        &self,
+        problem: &Problem,
+        rho: &[f64],
+        weight: f64,
+        right: &mut [f64],
+        gradient: &mut [f64],
+    ) {
+        let (system, element) = (&problem.system, problem.system.element());
+        let (n, components) = (element.unknowns(), element.components());
+        let lattice = system.lattice();
         let mut local = [0.0; 24];
-        system.gather(e, u, &mut local[..n]);
-        von_mises(dim, &element.stress(&local[..n]))
-    };
-    let stresses: Vec<(f64, [f64; 6])> =
-        (0..rho.len()).into_par_iter().with_min_len(CHUNK).map(stress_of).collect();
-    let relaxed = |e: usize| rho[e].max(LEAST).sqrt() * stresses[e].0;
-    // Scaled by the greatest: powers of large stresses would overflow.
-    let greatest = (0..rho.len()).map(relaxed).fold(f64::MIN_POSITIVE, f64::max);
-    let power = |e: usize| libm::pow(relaxed(e) / greatest, exponent);
-    let powers: Vec<f64> = (0..rho.len()).into_par_iter().with_min_len(CHUNK).map(power).collect();
-    let sum: f64 = powers.iter().sum();
-    let norm = greatest * libm::pow(sum, 1.0 / exponent);
-    for e in 0..rho.len() {
-        let outer = libm::pow(relaxed(e) / norm, exponent - 1.0);
-        let root = rho[e].max(LEAST).sqrt();
-        if rho[e] > LEAST {
-            gradient[e] += weight * outer * stresses[e].0 * 0.5 / root;
-        }
-        local[..n].fill(0.0);
-        element.stress_adjoint(&stresses[e].1.map(|d| d * outer * root), &mut local[..n]);
-        let first = lattice.first_node(e);
-        for (m, value) in local[..n].iter().enumerate() {
-            let node = first + lattice.offsets()[m / components];
-            right[node * components + m % components] += value;
+        for (e, (stress, slope)) in self.stresses.iter().enumerate() {
+            let root = relax(rho[e]);
+            let outer = libm::pow(root * stress / self.value, self.exponent - 1.0);
+            if rho[e] > LEAST {
+                gradient[e] += weight * outer * stress * 0.5 / root;
+            }
+            local[..n].fill(0.0);
+            element.stress_adjoint(&slope.map(|d| d * outer * root), &mut local[..n]);
+            let first = lattice.first_node(e);
+            for (m, value) in local[..n].iter().enumerate() {
+                let node = first + lattice.offsets()[m / components];
+                right[node * components + m % components] += value;
+            }
         }
     }
-    norm
+}
+
+/// Relaxation of the stress at a density.
+fn relax(rho: f64) -> f64 {
+    rho.max(LEAST).sqrt()
 }

@@ -7,7 +7,7 @@ mod samples;
 mod triangles;
 
 pub use lines::{closed_contours, contour_lines};
-pub use triangles::triangulate;
+pub use triangles::{Surface, surface, triangulate};
 
 pub(crate) use lines::cut;
 pub(crate) use samples::{Frame, Samples};
@@ -56,4 +56,9 @@ pub enum Caps {
     Open,
     /// The surface is closed along the border, half a cell beyond the outermost nodes.
     Closed,
+    /// The first nodes follow the last: the box is `[0, n h]` along each axis of n nodes, and
+    /// the surface ends at its faces, so that copies side by side go on in one another.
+    Periodic,
+    /// The same box, with the surface closed along its faces.
+    PeriodicClosed,
 }

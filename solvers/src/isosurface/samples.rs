@@ -13,6 +13,8 @@ pub(crate) enum Frame {
     Capped,
     /// The first node again after the last.
     Wrapped,
+    /// The same, and a layer of outside just beyond.
+    WrappedCapped,
 }
 
 impl Frame {
@@ -31,9 +33,13 @@ impl Frame {
             Self::Faces => [1, 1],
             Self::Capped => [2, 2],
             Self::Wrapped => [0, 1],
+            Self::WrappedCapped => [1, 2],
         }
     }
 }
+
+/// How far outside the layer is where the face is inside, as part of how far that is inside.
+const FAINT: f64 = 1e-4;
 
 /// Values minus the level on a rectilinear lattice, row-major `[nz, ny, nx]`.
 pub(crate) struct Samples {
@@ -44,48 +50,62 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    /// `skin` (cells) is how far the outside layer of [`Frame::Capped`] stands off the faces.
+    /// `skin` (cells) is how far the layer of outside stands off the faces.
+    ///
+    /// In a layer without thickness samples are infinite. In one that has some they repeat the
+    /// face's, what is inside being a little outside: so that oblique edges are cut where the
+    /// face is, and caps end where the surface does.
     pub(crate) fn new(field: &Field, level: f64, frame: Frame, skin: f64) -> Self {
         let grid = field.grid();
         let h = grid.spacing();
         let first = 3 - grid.dim();
         let full = grid.shape();
-        // For each sample of an axis: its node, none outside, and its position.
-        let axes: [Vec<(Option<usize>, f64)>; 3] = std::array::from_fn(|axis| {
+        // For each sample of an axis: its node, whether it is outside, and its position.
+        let axes: [Vec<(usize, bool, f64)>; 3] = std::array::from_fn(|axis| {
             let n = full[axis];
             let [before, after] = if axis < first { [0, 0] } else { frame.padding() };
             (-(before as isize)..(n + after) as isize)
                 .map(|i| {
+                    let last = n as isize - 1;
+                    let wrapped = matches!(frame, Frame::Wrapped | Frame::WrappedCapped);
+                    let node = if wrapped { i.rem_euclid(last + 1) } else { i.clamp(0, last) };
+                    // The faces, as far beyond the nodes.
+                    let [low, high] =
+                        if wrapped { [0.0, n as f64] } else { [-0.5, n as f64 - 0.5] };
+                    let outside = match frame {
+                        Frame::Capped => i < -1 || i > n as isize,
+                        Frame::WrappedCapped => i < 0 || i > n as isize,
+                        _ => false,
+                    };
+                    let skin = if outside { skin } else { 0.0 };
+                    let x = (i as f64).clamp(low - skin, high + skin);
+                    // A sample beyond a face repeats the face's.
                     let node = match frame {
-                        Frame::Wrapped => Some(i as usize % n),
-                        Frame::Capped if i < -1 || i > n as isize => None,
-                        _ => Some(i.clamp(0, n as isize - 1) as usize),
+                        Frame::WrappedCapped if outside => 0,
+                        _ => node as usize,
                     };
-                    let edge = if node.is_none() { 0.5 + skin } else { 0.5 };
-                    let x = match frame {
-                        Frame::Wrapped => i as f64,
-                        _ => (i as f64).clamp(-edge, n as f64 - 1.0 + edge),
-                    };
-                    (node, x * h)
+                    (node, outside, x * h)
                 })
                 .collect()
         });
         let shape = [0, 1, 2].map(|a| axes[a].len());
         let mut values = Vec::with_capacity(shape.iter().product());
         let nodes = field.as_slice();
-        for (k, _) in &axes[0] {
-            for (j, _) in &axes[1] {
-                let (Some(k), Some(j)) = (*k, *j) else {
-                    values.extend(std::iter::repeat_n(f64::INFINITY, shape[2]));
-                    continue;
-                };
+        let beyond = |v: f64| match v {
+            _ if skin == 0.0 => f64::INFINITY,
+            _ if v < 0.0 => -FAINT * v,
+            _ => v,
+        };
+        for &(k, above, _) in &axes[0] {
+            for &(j, behind, _) in &axes[1] {
                 let row = &nodes[grid.index(k, j, 0)..][..full[2]];
-                values.extend(
-                    axes[2].iter().map(|(i, _)| i.map_or(f64::INFINITY, |i| row[i] - level)),
-                );
+                values.extend(axes[2].iter().map(|&(i, beside, _)| {
+                    let v = row[i] - level;
+                    if above || behind || beside { beyond(v) } else { v }
+                }));
             }
         }
-        let coordinates = axes.map(|axis| axis.into_iter().map(|(_, x)| x).collect());
+        let coordinates = axes.map(|axis| axis.into_iter().map(|(_, _, x)| x).collect());
         Self { shape, values, coordinates }
     }
 }

@@ -34,12 +34,31 @@ const TETRAHEDRA: [([usize; 4], bool); 6] = [
 /// # Errors
 /// If the field has not three axes.
 pub fn triangulate(phi: &Field, level: f64, caps: Caps) -> Result<TriangleMesh> {
+    Ok(surface(phi, level, caps)?.mesh)
+}
+
+/// A surface that knows where it was closed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Surface {
+    /// The triangles.
+    pub mesh: TriangleMesh,
+    /// Whether each triangle closes the surface along the border of the box.
+    pub caps: Vec<bool>,
+}
+
+/// As [`triangulate`], with the caps marked.
+///
+/// # Errors
+/// If the field has not three axes.
+pub fn surface(phi: &Field, level: f64, caps: Caps) -> Result<Surface> {
     if phi.grid().dim() != 3 {
         return Err(Error::out_of_range("number of axes", phi.grid().dim() as f64, "[3, 3]"));
     }
     let frame = match caps {
         Caps::Open => Frame::Nodes,
         Caps::Closed => Frame::Capped,
+        Caps::Periodic => Frame::Wrapped,
+        Caps::PeriodicClosed => Frame::WrappedCapped,
     };
     let samples = Samples::new(phi, level, frame, SKIN);
     let [_, ny, nx] = samples.shape;
@@ -49,7 +68,32 @@ pub fn triangulate(phi: &Field, level: f64, caps: Caps) -> Result<TriangleMesh> 
         mesh: TriangleMesh::default(),
     };
     march(&samples, &mut builder);
-    Ok(builder.mesh)
+    let mesh = builder.mesh;
+    let caps = match caps {
+        Caps::Open | Caps::Periodic => vec![false; mesh.triangles.len()],
+        Caps::Closed | Caps::PeriodicClosed => mark_caps(&samples, &mesh),
+    };
+    Ok(Surface { mesh, caps })
+}
+
+/// The triangles beyond one face of the box that lie along it: the others there continue the
+/// surface through the layer.
+fn mark_caps(samples: &Samples, mesh: &TriangleMesh) -> Vec<bool> {
+    // Faces along x, y, z.
+    let faces = [2, 1, 0].map(|axis| {
+        let x = &samples.coordinates[axis];
+        [x[1], x[x.len() - 2]]
+    });
+    let is_cap = |(t, normal): (&[u32; 3], [f64; 3])| {
+        let corners = t.map(|v| mesh.vertices[v as usize]);
+        (0..3).any(|axis| {
+            let [low, high] = faces[axis];
+            normal[axis].abs() > 0.5
+                && (corners.iter().all(|p| p[axis] <= low)
+                    || corners.iter().all(|p| p[axis] >= high))
+        })
+    };
+    mesh.triangles.iter().zip(mesh.triangle_normals()).map(is_cap).collect()
 }
 
 /// Receives the pieces of a cut lattice of tetrahedra.

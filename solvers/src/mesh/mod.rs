@@ -1,6 +1,12 @@
 //! Triangle meshes.
 
+mod bvh;
+mod sample;
+mod shading;
 mod topology;
+
+pub use bvh::{Bvh, Hit, Ray};
+pub use sample::SurfaceSamples;
 
 /// A triangle mesh; counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]

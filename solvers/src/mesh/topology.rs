@@ -25,6 +25,47 @@ impl TriangleMesh {
         vertices - edges + self.triangles.len() as i64
     }
 
+    /// Number of connected pieces of the surface; unused vertices are none.
+    pub fn components(&self) -> usize {
+        let mut parent: Vec<u32> = (0..self.vertices.len() as u32).collect();
+        let mut pieces = 0;
+        let mut used = vec![false; self.vertices.len()];
+        for &[a, b, c] in &self.triangles {
+            for v in [a, b, c] {
+                pieces += usize::from(!std::mem::replace(&mut used[v as usize], true));
+            }
+            for v in [b, c] {
+                let (p, q) = (root(&mut parent, a), root(&mut parent, v));
+                parent[p.max(q) as usize] = p.min(q);
+                pieces -= usize::from(p != q);
+            }
+        }
+        pieces
+    }
+
+    /// Number of handles, of all pieces together: components - chi / 2; `None` if the mesh is
+    /// not closed.
+    pub fn genus(&self) -> Option<i64> {
+        self.is_closed().then(|| self.components() as i64 - self.euler_characteristic() / 2)
+    }
+
+    /// The mesh in a box `[0, period]` with opposite faces taken as one: what
+    /// [`Caps::Periodic`](crate::isosurface::Caps::Periodic) cut is joined there, so that
+    /// components and genus are those on the torus.
+    ///
+    /// Serves topology: triangles at the far faces reach through the whole box. At least
+    /// three nodes an axis.
+    #[must_use]
+    pub fn on_torus(&self, period: [f64; 3]) -> Self {
+        let mut mesh = self.clone();
+        for vertex in &mut mesh.vertices {
+            for (c, length) in vertex.iter_mut().zip(period) {
+                *c = if *c == length { 0.0 } else { *c };
+            }
+        }
+        mesh.weld()
+    }
+
     /// Whether every edge is shared by two triangles that run through it in opposite senses.
     pub fn is_closed(&self) -> bool {
         let sides = self.sorted_sides();
@@ -67,4 +108,14 @@ impl TriangleMesh {
             passed == fan.len()
         })
     }
+}
+
+/// The first of the vertices joined to `v`; halves the way there.
+fn root(parent: &mut [u32], mut v: u32) -> u32 {
+    while parent[v as usize] != v {
+        let above = parent[parent[v as usize] as usize];
+        parent[v as usize] = above;
+        v = above;
+    }
+    v
 }

@@ -8,11 +8,13 @@
 
 mod angular;
 mod lines;
+mod multiplier;
 mod radial;
 mod symbol;
 mod transform;
 
 pub use angular::AngularSpectrum;
+pub use multiplier::{Multiplier, Transforms};
 pub use radial::{RadialSpectrum, Window};
 pub use symbol::{LaplacianSymbol, LinearPart};
 pub use transform::Transform;

@@ -1,8 +1,10 @@
 //! Palettes, and films as patches over one another.
 
 use crate::output::colormap::{Colormap, NOT_A_NUMBER};
+use anyhow::Result;
 use patterns::Colors;
-use std::borrow::Cow;
+use rayon::prelude::*;
+use std::{borrow::Cow, io::Write};
 
 /// Colours of the palette in false colours, each in `MIXES` mixtures with the line's colour.
 pub(super) const SHADES: usize = 84;
@@ -45,6 +47,73 @@ pub(super) struct Film {
     pub(super) size: [usize; 2],
     pub(super) palette: [[u8; 3]; 256],
     pub(super) patches: Vec<Patch>,
+}
+
+impl Film {
+    /// A film of pictures of `size` that are palette indices, shown for a time each and the
+    /// last for another (hundredths of a second).
+    pub(super) fn new(
+        size: [usize; 2],
+        palette: [[u8; 3]; 256],
+        pictures: &[Vec<u8>],
+        [delay, last_delay]: [u16; 2],
+    ) -> Self {
+        let mut patches = vec![Patch {
+            left: 0,
+            top: 0,
+            width: size[0],
+            height: size[1],
+            delay,
+            pixels: pictures[0].clone(),
+        }];
+        for pair in pictures.windows(2) {
+            match (Patch::between(&pair[0], &pair[1], size[0], delay), patches.last_mut()) {
+                (None, Some(last)) => last.delay = last.delay.saturating_add(delay),
+                (patch, _) => patches.extend(patch),
+            }
+        }
+        if let Some(last) = patches.last_mut() {
+            last.delay = last.delay.saturating_add(last_delay - delay);
+        }
+        Self { size, palette, patches }
+    }
+
+    /// As a GIF that repeats for ever.
+    pub(super) fn write_gif(&self, out: &mut impl Write) -> Result<()> {
+        let [width, height] = self.size;
+        let mut encoder =
+            gif::Encoder::new(out, width as u16, height as u16, self.palette.as_flattened())?;
+        encoder.set_repeat(gif::Repeat::Infinite)?;
+        let compressed: Vec<gif::Frame<'_>> = self.patches.par_iter().map(Patch::to_gif).collect();
+        for frame in &compressed {
+            encoder.write_lzw_pre_encoded_frame(frame)?;
+        }
+        Ok(encoder.into_inner()?.flush()?)
+    }
+
+    /// As an animated PNG that repeats for ever.
+    pub(super) fn write_apng(&self, out: &mut impl Write) -> Result<()> {
+        let [width, height] = self.size.map(|n| n as u32);
+        let mut encoder = png::Encoder::new(out, width, height);
+        encoder.set_color(png::ColorType::Indexed);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_palette(self.palette.as_flattened());
+        encoder.set_trns([vec![255; 255], vec![0]].concat());
+        encoder.set_compression(png::Compression::Balanced);
+        encoder.set_filter(png::Filter::NoFilter);
+        encoder.set_animated(self.patches.len() as u32, 0)?;
+        let mut writer = encoder.write_header()?;
+        for patch in &self.patches {
+            // The first covers everything.
+            writer.reset_frame_position()?;
+            writer.set_frame_dimension(patch.width as u32, patch.height as u32)?;
+            writer.set_frame_position(patch.left as u32, patch.top as u32)?;
+            writer.set_blend_op(png::BlendOp::Over)?;
+            writer.set_frame_delay(patch.delay, 100)?;
+            writer.write_image_data(&patch.pixels)?;
+        }
+        Ok(writer.finish()?)
+    }
 }
 
 /// A rectangle that changes, with unchanged pixels transparent.

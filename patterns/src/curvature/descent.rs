@@ -1,0 +1,175 @@
+//! A flow as a run sees it: steps, measures, checkpoints, whatever its method and precision.
+
+use super::Diagram;
+use super::energy::Scalar;
+use super::flow::{self, Fast, Paper, StepInfo};
+use crate::{Error, Result, State};
+use solvers::spectral::Transforms;
+use solvers::{Float, mesh::TriangleMesh};
+
+/// A flow of any method and precision.
+pub(super) trait Descent {
+    /// One step: what it saw before it moved, and whether there is no lower point.
+    fn step(&mut self) -> Result<(StepInfo, bool)>;
+    /// Evaluations of the energy so far.
+    fn evaluations(&self) -> u64;
+    /// The phase, shape `[nz, ny, nx]`.
+    fn phase(&self) -> Vec<f64>;
+    /// Normalized discrepancy of the phase.
+    fn discrepancy(&self) -> f64;
+    /// The curvatures on a mesh of one of the phase's levels.
+    fn diagram(&self, mesh: &TriangleMesh) -> Result<Diagram>;
+    /// Adds all that is needed to go on.
+    fn save(&self, state: &mut State);
+    /// Goes on from what was saved.
+    fn restore(&mut self, state: &State) -> Result<()>;
+}
+
+/// Floats that checkpoints hold.
+pub(super) trait Stored: Scalar + Transforms {
+    fn put(state: &mut State, name: &str, values: &[Self]);
+    fn get(state: &State, name: &str, length: usize) -> Result<Vec<Self>>;
+}
+
+impl Stored for f32 {
+    fn put(state: &mut State, name: &str, values: &[Self]) {
+        state.put_f32(name, values);
+    }
+
+    fn get(state: &State, name: &str, length: usize) -> Result<Vec<Self>> {
+        let mut values = vec![0.0; length];
+        state.get_f32(name, &mut values)?;
+        Ok(values)
+    }
+}
+
+impl Stored for f64 {
+    fn put(state: &mut State, name: &str, values: &[Self]) {
+        state.put_f64(name, values);
+    }
+
+    fn get(state: &State, name: &str, length: usize) -> Result<Vec<Self>> {
+        let mut values = vec![0.0; length];
+        state.get_f64(name, &mut values)?;
+        Ok(values)
+    }
+}
+
+fn wide<T: Float>(values: &[T]) -> Vec<f64> {
+    values.iter().map(|v| v.to_f64()).collect()
+}
+
+/// What the methods have in common.
+macro_rules! measures {
+    () => {
+        fn phase(&self) -> Vec<f64> {
+            wide(self.phase())
+        }
+
+        fn discrepancy(&self) -> f64 {
+            self.energy().discrepancy(self.phase())
+        }
+
+        fn diagram(&self, mesh: &TriangleMesh) -> Result<Diagram> {
+            Diagram::of(self.energy(), self.phase(), mesh)
+        }
+    };
+}
+
+impl<T: Stored> Descent for Paper<T> {
+    measures!();
+
+    fn step(&mut self) -> Result<(StepInfo, bool)> {
+        Ok((self.step()?, false))
+    }
+
+    fn evaluations(&self) -> u64 {
+        self.steps()
+    }
+
+    fn save(&self, state: &mut State) {
+        state.put_u64("steps", &[self.steps()]);
+        for (name, fields) in ["a", "mean", "square"].iter().zip(self.state()) {
+            for (axis, field) in ["z", "y", "x"].iter().zip(fields) {
+                T::put(state, &format!("{name}_{axis}"), field);
+            }
+        }
+    }
+
+    fn restore(&mut self, state: &State) -> Result<()> {
+        let length = self.energy().voxels();
+        let fields = |name: &str| -> Result<[Vec<T>; 3]> {
+            let field = |axis: &str| T::get(state, &format!("{name}_{axis}"), length);
+            Ok([field("z")?, field("y")?, field("x")?])
+        };
+        let fields = [fields("a")?, fields("mean")?, fields("square")?];
+        self.restore(fields, state.one_u64("steps")?);
+        Ok(())
+    }
+}
+
+impl<T: Stored> Descent for Fast<T> {
+    measures!();
+
+    fn step(&mut self) -> Result<(StepInfo, bool)> {
+        Ok((self.step()?, false))
+    }
+
+    fn evaluations(&self) -> u64 {
+        self.steps()
+    }
+
+    fn save(&self, state: &mut State) {
+        state.put_u64("steps", &[self.steps()]);
+        for (name, field) in ["y", "mean", "square"].iter().zip(self.state()) {
+            T::put(state, name, field);
+        }
+    }
+
+    fn restore(&mut self, state: &State) -> Result<()> {
+        let length = self.energy().voxels();
+        let field = |name: &str| T::get(state, name, length);
+        let fields = [field("y")?, field("mean")?, field("square")?];
+        self.restore(fields, state.one_u64("steps")?);
+        Ok(())
+    }
+}
+
+impl<T: Stored> Descent for flow::Descent<T> {
+    measures!();
+
+    fn step(&mut self) -> Result<(StepInfo, bool)> {
+        let (info, length) = self.step()?;
+        Ok((info, length == 0.0))
+    }
+
+    fn evaluations(&self) -> u64 {
+        self.counts()[1]
+    }
+
+    fn save(&self, state: &mut State) {
+        state.put_u64("counts", &self.counts());
+        T::put(state, "v", self.solver().x());
+        let mut pairs = 0;
+        for (n, (step, change)) in self.solver().pairs().enumerate() {
+            T::put(state, &format!("step_{n}"), step);
+            T::put(state, &format!("change_{n}"), change);
+            pairs = n as u64 + 1;
+        }
+        state.put_u64("pairs", &[pairs]);
+    }
+
+    fn restore(&mut self, state: &State) -> Result<()> {
+        let length = self.energy().voxels();
+        let pair = |n: u64| -> Result<(Vec<T>, Vec<T>)> {
+            let step = T::get(state, &format!("step_{n}"), length)?;
+            Ok((step, T::get(state, &format!("change_{n}"), length)?))
+        };
+        let pairs: Result<Vec<_>> = (0..state.one_u64("pairs")?).map(pair).collect();
+        let &[steps, evaluations] = state.all_u64("counts")? else {
+            return Err(Error::Checkpoint("`counts` should hold 2 counters".into()));
+        };
+        self.restore(T::get(state, "v", length)?, pairs?, [steps, evaluations]);
+        Ok(())
+    }
+}

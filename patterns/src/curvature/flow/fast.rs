@@ -1,0 +1,177 @@
+//! Adam in a spectrally preconditioned variable.
+
+use super::StepInfo;
+use super::precondition::preconditioner;
+use crate::curvature::Mask;
+use crate::curvature::energy::{Energy, Scalar};
+use pulp::{Arch, NullaryFnOnce};
+use rayon::prelude::*;
+use solvers::Result;
+use solvers::optimize::{Adam, AdamConfig};
+use solvers::spectral::Multiplier;
+use solvers::spectral::Transforms;
+
+/// Variables that are updated together.
+const PART: usize = 4096;
+
+/// Constants of the fast flow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FastConfig {
+    /// Of Adam; a rate of .5 to 1.5.
+    pub adam: AdamConfig,
+    /// Steps in which the rate falls linearly to 0; none keeps it.
+    pub decay: Option<u64>,
+    /// Foot of the preconditioner's spectrum; .3 and 3 were slower.
+    pub beta: f64,
+}
+
+impl Default for FastConfig {
+    fn default() -> Self {
+        let adam = AdamConfig { rate: 1.0, ..AdamConfig::default() };
+        Self { adam, decay: Some(1000), beta: 1.0 }
+    }
+}
+
+/// Adam on y, with `u = u0 + h^(-1/2) y` (`precondition.rs`): all wave lengths fall about as
+/// fast, and the mean of u stays that of u0 to rounding. Three fields of state.
+#[derive(Debug)]
+pub struct Fast<T: Transforms> {
+    config: FastConfig,
+    energy: Energy<T>,
+    root: Multiplier<T>,
+    mask: Option<Mask<T>>,
+    start: Vec<T>,
+    /// y, mean gradient, mean squared gradient.
+    state: [Vec<T>; 3],
+    steps: u64,
+    u: Vec<T>,
+    gradient: Vec<T>,
+    transformed: Vec<T>,
+    norms: Vec<f64>,
+}
+
+impl<T: Scalar + Transforms> Fast<T> {
+    /// Starts at `u0`.
+    ///
+    /// # Errors
+    /// If a constant is out of its range, the box is not periodic or a20 + a02 is not positive.
+    ///
+    /// # Panics
+    /// If `u0` has not one number per voxel.
+    pub fn new(energy: Energy<T>, config: FastConfig, u0: Vec<T>) -> Result<Self> {
+        config.adam.check()?;
+        let n = energy.voxels();
+        assert_eq!(u0.len(), n, "one number per voxel");
+        let root = preconditioner(energy.config(), config.beta, -0.5)?;
+        let zeros = || vec![T::zero(); n];
+        let (gradient, transformed) = (zeros(), zeros());
+        Ok(Self {
+            config,
+            energy,
+            root,
+            mask: None,
+            u: u0.clone(),
+            start: u0,
+            state: [zeros(), zeros(), zeros()],
+            steps: 0,
+            gradient,
+            transformed,
+            norms: vec![0.0; n.div_ceil(PART)],
+        })
+    }
+
+    /// Gives u at some voxels; the mean of u is then no longer kept.
+    #[must_use]
+    pub fn with_mask(mut self, mask: Mask<T>) -> Self {
+        mask.fix(&mut self.u);
+        self.mask = Some(mask);
+        self
+    }
+
+    /// Evaluates, then steps.
+    ///
+    /// # Errors
+    /// If the energy or its gradient is not finite.
+    pub fn step(&mut self) -> Result<StepInfo> {
+        let energy = self.energy.value_and_gradient(&self.u, &mut self.gradient);
+        let info = StepInfo { iteration: self.steps, energy, gradient_norm: 0.0 }.check()?;
+        if let Some(mask) = &self.mask {
+            mask.clear(&mut self.gradient);
+        }
+        self.root.apply(&self.gradient, &mut self.transformed);
+        let left = self
+            .config
+            .decay
+            .map_or(1.0, |decay| (1.0 - self.steps as f64 / decay.max(1) as f64).max(0.0));
+        self.steps += 1;
+        let adam = AdamConfig { rate: self.config.adam.rate * left, ..self.config.adam };
+        let adam = Adam::new(&adam, self.steps);
+        let [y, m, v] = &mut self.state;
+        let parts = y.par_chunks_mut(PART).zip(m.par_chunks_mut(PART)).zip(v.par_chunks_mut(PART));
+        let parts = parts.zip(self.transformed.par_chunks(PART)).zip(self.norms.par_iter_mut());
+        parts.for_each(|((((y, m), v), gradient), norm)| {
+            *norm = Arch::new().dispatch(Update { adam, state: [y, m, v], gradient });
+        });
+        let gradient_norm = self.norms.iter().sum::<f64>().sqrt();
+        self.compute_phase();
+        StepInfo { gradient_norm, ..info }.check()
+    }
+
+    fn compute_phase(&mut self) {
+        self.root.apply(&self.state[0], &mut self.u);
+        self.u.par_iter_mut().zip(&self.start).for_each(|(u, &start)| *u = *u + start);
+        if let Some(mask) = &self.mask {
+            mask.fix(&mut self.u);
+        }
+    }
+
+    /// The phase field, shape `[nz, ny, nx]`.
+    pub fn phase(&self) -> &[T] {
+        &self.u
+    }
+
+    /// Its energy's constants and measures.
+    pub fn energy(&self) -> &Energy<T> {
+        &self.energy
+    }
+
+    /// Steps made.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// y, mean gradient, mean squared gradient: with u0 and [`Fast::steps`] all that a
+    /// checkpoint needs.
+    pub fn state(&self) -> &[Vec<T>; 3] {
+        &self.state
+    }
+
+    /// Takes up a state of [`Fast::state`] after `steps` steps.
+    ///
+    /// # Panics
+    /// If it has not one number per voxel.
+    pub fn restore(&mut self, state: [Vec<T>; 3], steps: u64) {
+        let n = self.energy.voxels();
+        assert!(state.iter().all(|values| values.len() == n), "one number per voxel");
+        (self.state, self.steps) = (state, steps);
+        self.compute_phase();
+    }
+}
+
+/// Adam's update of some variables; the sum of their squared gradients.
+struct Update<'a, T> {
+    adam: Adam<T>,
+    state: [&'a mut [T]; 3],
+    gradient: &'a [T],
+}
+
+impl<T: Scalar> NullaryFnOnce for Update<'_, T> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn call(self) -> f64 {
+        let none = [T::from_f64(0.0); PART];
+        let n = self.gradient.len();
+        self.adam.update(self.state, [self.gradient, &none[..n]], T::from_f64(1.0))
+    }
+}

@@ -1,0 +1,156 @@
+//! Phase fields of a given mass from vector potentials: `u = k * (div A + m0)`.
+
+use super::energy::Spatial;
+use solvers::blur::{Blur, BlurEdges, Planes};
+use solvers::{Error, Float, Result};
+
+/// The map from A to u and its transpose, on a periodic box.
+///
+/// The divergence is of central differences, k a Gaussian of `sigma` voxels. The mean of u is
+/// that of m0, whatever A is. Song 2021, section 4.1.
+#[derive(Clone, Debug)]
+pub struct Potential<T> {
+    shape: [usize; 3],
+    /// 1 / (2 dx).
+    half: T,
+    m0: Mass<T>,
+    blur: Blur<T>,
+}
+
+#[derive(Clone, Debug)]
+enum Mass<T> {
+    Uniform(T),
+    Map(Vec<T>),
+}
+
+impl<T: Float> Potential<T> {
+    /// For fields of `shape` `[nz, ny, nx]` and voxels `dx` apart; `sigma` in voxels, `m0` in
+    /// (-1, 1).
+    ///
+    /// # Errors
+    /// If a number is out of its range or the map has another shape.
+    pub fn new(shape: [usize; 3], dx: f64, sigma: f64, m0: &Spatial) -> Result<Self> {
+        if !(dx > 0.0 && dx.is_finite()) {
+            return Err(Error::out_of_range("dx", dx, "(0, inf)"));
+        }
+        let check = |m: f64| match m.abs() < 1.0 {
+            true => Ok(T::from_f64(m)),
+            false => Err(Error::out_of_range("m0", m, "(-1, 1)")),
+        };
+        let m0 = match m0 {
+            Spatial::Uniform(m) => Mass::Uniform(check(*m)?),
+            Spatial::Map(values) if values.len() == shape.iter().product() => {
+                Mass::Map(values.iter().map(|&m| check(m)).collect::<Result<_>>()?)
+            }
+            Spatial::Map(values) => {
+                return Err(Error::Shape {
+                    name: "m0".into(),
+                    actual: vec![values.len()],
+                    expected: shape.to_vec(),
+                });
+            }
+        };
+        let blur = Blur::new(shape, sigma, BlurEdges::Periodic)?;
+        Ok(Self { shape, half: T::from_f64(0.5 / dx), m0, blur })
+    }
+
+    /// Factor of the differences of k * dF/du in dG/dA: -1 / (2 dx).
+    pub(super) fn factor(&self) -> T {
+        -self.half
+    }
+
+    /// `u = k * (div A + m0)`; components of A along z, y, x. `between` is overwritten.
+    ///
+    /// # Panics
+    /// If a slice has not one number per voxel.
+    pub fn phase(&mut self, a: [&[T]; 3], between: &mut [T], u: &mut [T]) {
+        let n = self.shape.iter().product::<usize>();
+        assert!(a.iter().all(|a| a.len() == n), "one number per voxel");
+        let Self { shape, half, m0, blur } = self;
+        let divergence = Divergence { shape: *shape, half: *half, a, m0 };
+        blur.apply(&divergence, between, u);
+    }
+
+    /// `k * dF/du` in place of `dF/du`. `between` is overwritten.
+    ///
+    /// # Panics
+    /// If a slice has not one number per voxel.
+    pub fn blur_gradient(&mut self, gradient: &mut [T], between: &mut [T]) {
+        self.blur.transpose(gradient, between);
+    }
+
+    /// `dG/dA = -grad(k * dF/du)` from `k * dF/du`.
+    ///
+    /// # Panics
+    /// If a slice has not one number per voxel.
+    pub fn gradient(&self, blurred: &[T], out: [&mut [T]; 3]) {
+        let factor = self.factor();
+        for (axis, out) in out.into_iter().enumerate() {
+            assert!(out.len() == blurred.len(), "one number per voxel");
+            let n = self.shape[axis];
+            let stride: usize = self.shape[axis + 1..].iter().product();
+            for (i, out) in out.iter_mut().enumerate() {
+                let at = i / stride % n;
+                let first = i - at * stride;
+                let next = first + (at + 1) % n * stride;
+                let last = first + (at + n - 1) % n * stride;
+                *out = factor * (blurred[next] - blurred[last]);
+            }
+        }
+    }
+}
+
+/// `div A + m0`, plane by plane.
+struct Divergence<'a, T> {
+    shape: [usize; 3],
+    half: T,
+    a: [&'a [T]; 3],
+    m0: &'a Mass<T>,
+}
+
+impl<T: Float> Planes<T> for Divergence<'_, T> {
+    #[inline(always)]
+    fn plane(&self, k: usize, out: &mut [T]) {
+        let [nz, ny, nx] = self.shape;
+        let [az, ay, ax] = self.a;
+        let half = self.half;
+        for (j, out) in out.chunks_exact_mut(nx).enumerate() {
+            let line = |k: usize, j: usize| (k * ny + j) * nx;
+            let row = |k: usize, j: usize| line(k, j)..line(k, j) + nx;
+            let above = &az[row((k + 1) % nz, j)];
+            let below = &az[row((k + nz - 1) % nz, j)];
+            let south = &ay[row(k, (j + 1) % ny)];
+            let north = &ay[row(k, (j + ny - 1) % ny)];
+            let along = &ax[row(k, j)];
+            cross(half, [above, below, south, north], out);
+            match self.m0 {
+                Mass::Uniform(m0) => {
+                    for out in out.iter_mut() {
+                        *out = *out + *m0;
+                    }
+                }
+                Mass::Map(m0) => {
+                    for (out, &m0) in out.iter_mut().zip(&m0[line(k, j)..]) {
+                        *out = *out + m0;
+                    }
+                }
+            }
+            let (west, east) = (&along[..nx - 2], &along[2..]);
+            for (out, (&west, &east)) in out[1..nx - 1].iter_mut().zip(west.iter().zip(east)) {
+                *out = *out + half * (east - west);
+            }
+            out[0] = out[0] + half * (along[1] - along[nx - 1]);
+            out[nx - 1] = out[nx - 1] + half * (along[0] - along[nx - 2]);
+        }
+    }
+}
+
+/// `half ((a - b) + (c - d))`.
+#[inline(always)]
+fn cross<T: Float>(half: T, [a, b, c, d]: [&[T]; 4], out: &mut [T]) {
+    let n = out.len();
+    let (a, b, c, d) = (&a[..n], &b[..n], &c[..n], &d[..n]);
+    for i in 0..n {
+        out[i] = half * ((a[i] - b[i]) + (c[i] - d[i]));
+    }
+}

@@ -1,0 +1,290 @@
+//! One texture, grown.
+
+use super::config::{Boundary, Config, Flow, Precision};
+use super::descent::{Descent, Stored};
+use super::energy::Energy;
+use super::flow::{self, DescentConfig, Fast, FastConfig, Paper, PaperConfig, StepInfo};
+use super::{Mask, Potential, presets, start, view, written};
+use crate::{Artifact, Context, Error, Image, Metric, Result, Run, State, Status};
+use solvers::{
+    Field, Grid,
+    diffusion::explicit::Real,
+    isosurface::{self, Caps},
+    optimize::AdamConfig,
+};
+use std::cell::RefCell;
+
+/// `(H - 20)^2 + 5 k2^2`, where the configuration names no energy.
+const VESSELS: [f64; 6] = [1.0, 2.0, 6.0, -40.0, -40.0, 400.0];
+
+/// Looks at discrepancy, genus and the like in a whole run.
+const LOOKS: u64 = 12;
+
+/// Evaluations over which the change of the energy is compared with the tolerance.
+const PATIENCE: usize = 50;
+
+/// A flow and what it has seen.
+struct Texture {
+    config: Config,
+    grid: Grid,
+    flow: Box<dyn Descent>,
+    /// Energy and norm of the gradient of each evaluation.
+    history: Vec<[f64; 2]>,
+    notes: Vec<String>,
+    /// Evaluation and value of the last look at what costs more than a step.
+    looked: RefCell<Option<(usize, Vec<Metric>)>>,
+}
+
+/// Starts a run, its checks before any work.
+pub(super) fn begin(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
+    let mut config: Config = crate::from_table(&presets::expand(table)?)?;
+    config.check()?;
+    if config.coefficients.is_none() && config.squares.is_none() && config.along.is_none() {
+        config.coefficients = Some(VESSELS);
+    }
+    let grid = Grid::new(&config.shape(), config.spacing)
+        .map_err(|error| Error::config("size", error.to_string()))?;
+    crate::check_memory("size", grid, config.bytes_per_voxel(), context)?;
+    let notes = written::coefficients(&config)?.unbounded();
+    let flow = match config.precision {
+        Precision::F32 => descent::<f32>(&config, context)?,
+        Precision::F64 => descent::<f64>(&config, context)?,
+    };
+    let notes = notes.into_iter().map(|why| format!("the energy has no lower bound: {why}"));
+    Ok(Box::new(Texture {
+        config,
+        grid,
+        flow,
+        history: Vec::new(),
+        notes: notes.collect(),
+        looked: RefCell::new(None),
+    }))
+}
+
+fn descent<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Box<dyn Descent>> {
+    let energy = Energy::<T>::new(written::energy(config, context)?)?;
+    let mask = mask::<T>(config, context)?;
+    let phase = start::phase(config, context)?;
+    let rate = |default: f64| config.rate.unwrap_or(default);
+    if config.flow == Flow::Paper {
+        let adam = AdamConfig { rate: rate(1e-3), ..PaperConfig::default().adam };
+        let mut flow = Paper::new(energy, potential(config)?, PaperConfig { adam }, context.seed)?;
+        if let Some(mask) = mask {
+            flow = flow.with_mask(mask);
+        }
+        return Ok(Box::new(flow));
+    }
+    let u = match phase {
+        Some(phase) => phase.into_iter().map(<T as Real>::from_f64).collect(),
+        None => noise::<T>(config, context.seed)?,
+    };
+    if config.flow == Flow::Fast {
+        let default = FastConfig::default();
+        let adam = AdamConfig { rate: rate(default.adam.rate), ..default.adam };
+        let decay = Some(config.evaluations);
+        let mut flow = Fast::new(energy, FastConfig { adam, decay, ..default }, u)?;
+        if let Some(mask) = mask {
+            flow = flow.with_mask(mask);
+        }
+        return Ok(Box::new(flow));
+    }
+    let keep_mass = config.flow == Flow::L2Mass;
+    // The preconditioner is a spectrum, which wants a box without ends and no blur.
+    let beta = (keep_mass && config.boundary == Boundary::Periodic).then_some(1.0);
+    let sigma = (config.blur > 0.0 && beta.is_none()).then_some(config.blur);
+    let settings = DescentConfig { sigma, keep_mass, beta, ..DescentConfig::default() };
+    Ok(Box::new(flow::Descent::new(energy, settings, mask, u)?))
+}
+
+fn potential<T: Stored>(config: &Config) -> Result<Potential<T>> {
+    let mass = written::mass(config);
+    Ok(Potential::new(config.shape(), config.spacing, config.blur, &mass)?)
+}
+
+/// The phase of the paper's start.
+fn noise<T: Stored>(config: &Config, seed: u64) -> Result<Vec<T>> {
+    let voxels = config.shape().iter().product();
+    let [z, y, x] = flow::start::<T>(voxels, config.spacing, seed);
+    let zeros = || vec![<T as Real>::from_f64(0.0); voxels];
+    let (mut between, mut u) = (zeros(), zeros());
+    potential(config)?.phase([&z, &y, &x], &mut between, &mut u);
+    Ok(u)
+}
+
+/// u = 1 where the shape must be, -1 where it must not.
+fn mask<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Option<Mask<T>>> {
+    if config.include.is_none() && config.exclude.is_none() {
+        return Ok(None);
+    }
+    let mut values = vec![f64::NAN; config.shape().iter().product()];
+    for (key, path, value) in
+        [("include", &config.include, 1.0), ("exclude", &config.exclude, -1.0)]
+    {
+        let Some(path) = path else { continue };
+        let field = start::field(key, path, config, context)?;
+        for (n, (given, &inside)) in values.iter_mut().zip(field.as_slice()).enumerate() {
+            if inside > 0.5 && !given.is_nan() {
+                let reason = format!("voxel {n} is in `include` too");
+                return Err(Error::config(key, reason));
+            }
+            if inside > 0.5 {
+                *given = value;
+            }
+        }
+    }
+    Ok(Some(Mask::new(values.into_iter().map(<T as Real>::from_f64).collect())?))
+}
+
+impl Texture {
+    /// The surface, closed at the box's faces or open.
+    fn surface(&self, closed: bool) -> isosurface::Surface {
+        let caps = match (self.config.boundary, closed) {
+            (Boundary::Periodic, false) => Caps::Periodic,
+            (Boundary::Periodic, true) => Caps::PeriodicClosed,
+            (_, false) => Caps::Open,
+            (_, true) => Caps::Closed,
+        };
+        view::surface(self.phase(), self.config.level, caps)
+    }
+
+    /// Lengths of the box along x, y, z.
+    fn size(&self) -> [f64; 3] {
+        let [nz, ny, nx] = self.grid.shape().map(|n| n as f64 * self.config.spacing);
+        [nx, ny, nz]
+    }
+
+    fn phase(&self) -> Field {
+        Field::from_vec(self.grid, self.flow.phase())
+            .unwrap_or_else(|_| Field::constant(self.grid, 0.0))
+    }
+
+    fn last(&self) -> [f64; 2] {
+        self.history.last().copied().unwrap_or([f64::NAN; 2])
+    }
+
+    /// What costs more than a step: known every so often, NaN between.
+    fn looks(&self) -> Vec<Metric> {
+        let n = self.history.len();
+        let every = self.config.evaluations.div_ceil(LOOKS).max(1) as usize;
+        // The surface of the noise at the start is large and means nothing.
+        let due = n > 0 && n.is_multiple_of(every);
+        if !due {
+            let names = [("normalized_discrepancy", "1"), ("genus", "1"), ("components", "1")];
+            return names.map(|(name, unit)| Metric::new(name, f64::NAN, unit)).to_vec();
+        }
+        let mut looked = self.looked.borrow_mut();
+        match &*looked {
+            Some((at, metrics)) if *at == n => metrics.clone(),
+            _ => {
+                let metrics = self.look();
+                *looked = Some((n, metrics.clone()));
+                metrics
+            }
+        }
+    }
+
+    fn look(&self) -> Vec<Metric> {
+        let mesh = if self.config.boundary == Boundary::Periodic {
+            self.surface(false).mesh.on_torus(self.size())
+        } else {
+            self.surface(true).mesh
+        };
+        let genus = mesh.genus().map_or(f64::NAN, |genus| genus as f64);
+        vec![
+            Metric::new("normalized_discrepancy", self.flow.discrepancy(), "1"),
+            Metric::new("genus", genus, "1"),
+            Metric::new("components", mesh.components() as f64, "1"),
+        ]
+    }
+
+    fn mass(&self) -> f64 {
+        let phase = self.phase();
+        solvers::field::sum(phase.as_slice(), |u| u) / phase.as_slice().len() as f64
+    }
+}
+
+impl Run for Texture {
+    fn step(&mut self) -> Result<Status> {
+        let (StepInfo { energy, gradient_norm, .. }, stuck) = self.flow.step()?;
+        self.history.push([energy, gradient_norm]);
+        let n = self.history.len();
+        if stuck || self.flow.evaluations() >= self.config.evaluations {
+            return Ok(Status::Done);
+        }
+        let before = n.checked_sub(PATIENCE).map(|before| self.history[before][0]);
+        let still = before
+            .is_some_and(|before| (before - energy).abs() < self.config.tolerance * before.abs());
+        Ok(if still { Status::Done } else { Status::Running })
+    }
+
+    fn iterations(&self) -> u64 {
+        self.history.len() as u64
+    }
+
+    fn max_iterations(&self) -> u64 {
+        self.config.evaluations
+    }
+
+    fn config(&self) -> toml::Table {
+        crate::to_table(&self.config)
+    }
+
+    fn metrics(&self) -> Vec<Metric> {
+        let [energy, gradient] = self.last();
+        let mut metrics = vec![
+            Metric::new("energy", energy, "1"),
+            Metric::new("gradient_norm", gradient, "1"),
+            Metric::new("mass", self.mass(), "1"),
+            Metric::new("area", self.surface(false).mesh.area(), "length^2"),
+            Metric::new("evaluations", self.flow.evaluations() as f64, "1"),
+        ];
+        metrics.extend(self.look());
+        metrics
+    }
+
+    fn observe(&self) -> Vec<Metric> {
+        let [energy, gradient] = self.last();
+        let mut metrics =
+            vec![Metric::new("energy", energy, "1"), Metric::new("gradient_norm", gradient, "1")];
+        metrics.extend(self.looks());
+        metrics
+    }
+
+    fn artifacts(&self) -> Vec<Artifact> {
+        let phase = self.phase();
+        let open = self.surface(false).mesh;
+        let mut artifacts = vec![
+            view::shape(self.surface(true), self.size()),
+            view::phase(&phase),
+            view::history(&self.history),
+        ];
+        if let Ok(diagram) = self.flow.diagram(&open) {
+            artifacts.extend(view::diagram(&diagram));
+        }
+        artifacts
+    }
+
+    fn frame(&self) -> Option<Image> {
+        Some(view::slice(&self.phase(), self.config.level))
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
+    }
+
+    fn save(&self) -> State {
+        let mut state = State::default();
+        state.put_f64("history", self.history.as_flattened());
+        self.flow.save(&mut state);
+        state
+    }
+
+    fn restore(&mut self, state: &State) -> Result<()> {
+        let history = state.all_f64("history")?;
+        if history.len() % 2 != 0 {
+            return Err(Error::Checkpoint("`history` holds half an evaluation".into()));
+        }
+        self.history = history.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+        self.flow.restore(state)
+    }
+}

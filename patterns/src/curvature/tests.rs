@@ -1,0 +1,141 @@
+#![expect(
+    clippy::print_stdout,
+    reason = "measured figures are printed for the reader of a test run"
+)]
+
+use super::{Diagram, MODEL};
+use crate::{Artifact, Context, Inputs, NoInputs, Run, Status};
+use solvers::{Field, Grid, isosurface::Polyline};
+use std::f64::consts::PI;
+
+/// A ball for every name.
+struct Ball;
+
+impl Inputs for Ball {
+    fn field(&self, _: &str, _: &str) -> crate::Result<Field> {
+        let grid = Grid::new(&[12, 16, 20], 1.0)?;
+        let inside =
+            |p: [f64; 3]| [10.0, 8.0, 6.0].iter().zip(p).map(|(c, x)| (x - c).powi(2)).sum::<f64>();
+        Ok(Field::from_fn(grid, |p| f64::from(u8::from(inside(p) < 9.0))))
+    }
+
+    fn lines(&self, key: &str, path: &str) -> crate::Result<Vec<Polyline>> {
+        NoInputs.lines(key, path)
+    }
+}
+
+fn start(settings: &str) -> crate::Result<Box<dyn Run>> {
+    let context = Context { seed: 5, inputs: &Ball, memory: 1 << 33 };
+    (MODEL.start)(&settings.parse().unwrap(), &context)
+}
+
+const SMALL: &str = "size = [12, 16, 20]\nevaluations = 60\n";
+
+/// Every flow and kind of energy, half way, saved and taken up again: the same bytes, and the
+/// same number of evaluations.
+#[test]
+fn every_flow_resumes_to_the_same_bytes() {
+    let along = "along = { axis = 'x', stops = [\
+        { at = 0.2, coefficients = [2, 2, 2, 0, 0, 0], mass = -0.4 }, \
+        { at = 0.7, coefficients = [1, 2, 6, -40, -40, 400], mass = -0.6 }] }";
+    for settings in [
+        "flow = 'paper'",
+        "flow = 'paper'\nprecision = 'f64'\nexclude = 'ball.npy'",
+        "flow = 'fast'\ninclude = 'ball.npy'",
+        "flow = 'fast'\norientation = { weight = 100.0, direction = [0, 0, 2] }",
+        along,
+        "flow = 'l2'\nblur = 1.0\nboundary = 'replicated'",
+        "flow = 'l2'\nblur = 0.0\nboundary = 'free'\nstart = { kind = 'sphere', radius = 0.04 }",
+        "flow = 'l2-mass'\nprecision = 'f64'",
+    ] {
+        let settings = format!("{SMALL}{settings}");
+        let mut whole = start(&settings).unwrap();
+        let mut half = start(&settings).unwrap();
+        for _ in 0..6 {
+            assert_eq!(whole.step().unwrap(), Status::Running, "{settings}");
+            half.step().unwrap();
+        }
+        let mut resumed = start(&settings).unwrap();
+        resumed.restore(&half.save()).unwrap();
+        for _ in 0..6 {
+            assert_eq!(whole.step().unwrap(), resumed.step().unwrap(), "{settings}");
+        }
+        assert!(whole.save() == resumed.save(), "{settings}");
+        assert_eq!(whole.metrics(), resumed.metrics(), "{settings}");
+    }
+}
+
+/// The diagram of a ball from its run, whose area and genus are known.
+fn ball(radius: f64, epsilon: f64) -> Diagram {
+    let run = start(&format!(
+        "size = 72\nflow = 'l2'\nblur = 0.0\nboundary = 'replicated'\nepsilon = {epsilon}\n\
+         start = {{ kind = 'sphere', radius = {radius} }}"
+    ))
+    .unwrap();
+    let metrics = run.metrics();
+    let metric = |name: &str| metrics.iter().find(|m| m.name == name).unwrap().value;
+    assert_eq!([metric("genus"), metric("components")], [0.0, 1.0]);
+    let area = 4.0 * PI * radius * radius;
+    assert!((metric("area") / area - 1.0).abs() < 0.01, "{}", metric("area"));
+    let table = run.artifacts().into_iter().find_map(|artifact| match artifact {
+        Artifact::Table { columns, .. } => Some(columns),
+        _ => None,
+    });
+    let [first, second, weight] = &table.unwrap()[..] else { panic!("three columns") };
+    let values = first.1.iter().zip(&second.1).map(|(a, b)| [*a, *b]).collect();
+    Diagram(solvers::mesh::SurfaceSamples { values, weights: weight.1.clone() })
+}
+
+/// Both curvatures of a ball are 1 / R: their mean is right, and they part by the root of an
+/// error of second order in dx / epsilon, half as much at half of it. The distance of two diagrams is that of two points.
+#[test]
+fn diagrams_of_balls() {
+    let means = |diagram: &Diagram| {
+        [0, 1].map(|c| {
+            let pairs = diagram.0.values.iter().zip(&diagram.0.weights);
+            pairs.map(|(k, w)| k[c] * w).sum::<f64>() / diagram.area()
+        })
+    };
+    let [coarse, large, small] = [(0.2, 0.02), (0.2, 0.04), (0.125, 0.04)].map(|(r, e)| ball(r, e));
+    let parted = |diagram: &Diagram| means(diagram)[0] - means(diagram)[1];
+    for (diagram, curvature) in [(&coarse, 5.0), (&large, 5.0), (&small, 8.0)] {
+        let [first, second] = means(diagram);
+        println!("1 / R = {curvature}: {first:.3} {second:.3}");
+        assert!((0.5 * (first + second) / curvature - 1.0).abs() < 0.02, "{first} {second}");
+    }
+    assert!(parted(&large) < 0.5 * parted(&coarse), "{} {}", parted(&large), parted(&coarse));
+    // Of two points d = 3 sqrt 2 apart: 2 reach^2 (1 - exp(-d^2 / 4 reach^2)) = 2.99^2.
+    let distance = large.distance(&small, 0).unwrap();
+    println!("distance {distance:.3}");
+    assert!((distance / 2.99 - 1.0).abs() < 0.05, "{distance}");
+    assert!(large.distance(&large, 0).unwrap() < 1e-3);
+}
+
+#[test]
+fn what_a_flow_cannot_do_is_refused() {
+    for (settings, key) in [
+        ("size = 7", "size"),
+        ("size = [100, 100, 3]", "size"),
+        ("size = 100000", "size"),
+        ("mass = -1.0", "mass"),
+        ("mass = nan", "mass"),
+        ("coefficients = [1, 2, 6, nan, 0, 0]", "coefficients"),
+        ("coefficients = [1, 2, 6, 0, 0, 0]\nsquares = { h2 = 1.0 }", "squares"),
+        ("epsilon = 0.001", "epsilon"),
+        ("spacing = 0.0", "spacing"),
+        ("boundary = 'replicated'", "boundary"),
+        ("flow = 'paper'\nboundary = 'free'", "boundary"),
+        ("flow = 'paper'\nstart = { kind = 'sphere', radius = 0.1 }", "start"),
+        ("flow = 'l2-mass'\ninclude = 'ball.npy'", "include"),
+        ("include = 'ball.npy'", "include"),
+        ("orientation = { weight = 1.0 }", "orientation"),
+        ("along = { axis = 'x', stops = [] }", "along.stops"),
+        ("preset = 'tubs'", "preset"),
+        ("level = 1.0", "level"),
+    ] {
+        let message = start(settings).err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(message.contains(&format!("`{key}`")), "{settings}: {message}");
+    }
+    let notes = start(&format!("{SMALL}coefficients = [1, 3, 1, 0, 0, 0]")).unwrap().notes();
+    assert!(notes[0].contains("no lower bound"), "{notes:?}");
+}
