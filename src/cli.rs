@@ -9,6 +9,7 @@ mod figure;
 mod level_set;
 mod list;
 mod rd;
+mod reconstruct;
 mod render;
 mod run;
 mod run_args;
@@ -42,6 +43,7 @@ enum Command {
     LevelSet(Box<level_set::Args>),
     Topopt(Box<topopt::Args>),
     Curvature(Box<curvature::Args>),
+    Reconstruct(Box<reconstruct::Args>),
     Run(Box<run::Args>),
     List(list::Args),
     Figure(figure::Args),
@@ -93,6 +95,7 @@ fn dispatch(command: Command) -> Result<ExitCode> {
         Command::LevelSet(args) => level_set::main(&args),
         Command::Topopt(args) => topopt::main(&args),
         Command::Curvature(args) => curvature::main(&args),
+        Command::Reconstruct(args) => reconstruct::main(&args),
         Command::Run(args) => run::main(&args),
         Command::List(args) => list::main(&args),
         Command::Figure(args) => figure::main(&args),

@@ -1,6 +1,10 @@
 //! `patterns database`: the classes that pictures are compared with.
 
-use crate::inputs::FileInputs;
+use crate::{
+    database,
+    inputs::FileInputs,
+    reconstruct::evaluate::{self, Plan},
+};
 use anyhow::{Context as _, Result, bail};
 use patterns::disocclusion::{self, Calibration, Class, Database, PATTERNS, Values};
 use rayon::prelude::*;
@@ -23,12 +27,19 @@ pub(super) struct Args {
 enum Action {
     /// List the classes.
     #[command(after_help = "Example: patterns database list")]
-    List,
+    List {
+        /// Also the classes of this folder.
+        #[arg(long, value_name = "DIR")]
+        database: Option<PathBuf>,
+    },
     /// Show a class: its model, ranges and configuration.
     #[command(after_help = "Example: patterns database show gray-scott-mu")]
     Show {
         /// Name of the class.
         name: String,
+        /// Also the classes of this folder.
+        #[arg(long, value_name = "DIR")]
+        database: Option<PathBuf>,
     },
     /// Check a file that describes a class, at the ends of every range.
     #[command(after_help = "Example: patterns database check my-class.toml")]
@@ -45,6 +56,28 @@ enum Action {
         #[arg(long, value_name = "DIR", default_value = "patterns-database")]
         to: PathBuf,
     },
+    /// Make a labelled folder of hidden pictures of unseen seeds for `reconstruct --evaluate`.
+    #[command(after_help = "Example: patterns database evaluate --patterns 2 --out cases")]
+    Evaluate {
+        /// Patterns of each class, each harmed in 14 ways.
+        #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1000))]
+        patterns: u64,
+        /// Only these classes.
+        #[arg(long, value_name = "CLASS,..", value_delimiter = ',')]
+        classes: Vec<String>,
+        /// Seed of parameters, patterns and harms; the calibration has 1.
+        #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
+        seed: u64,
+        /// Also the classes of this folder.
+        #[arg(long, value_name = "DIR")]
+        database: Option<PathBuf>,
+        /// Output folder.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        /// Overwrite an output folder that is not empty.
+        #[arg(long)]
+        force: bool,
+    },
     /// Run every class again and write the calibration (many minutes).
     #[command(after_help = "Example: patterns database calibrate --out calibration.bin")]
     Calibrate {
@@ -56,13 +89,18 @@ enum Action {
 
 pub(super) fn main(args: &Args) -> Result<ExitCode> {
     match &args.action {
-        Action::List => list()?,
-        Action::Show { name } => show(name)?,
+        Action::List { database } => list(database.as_deref())?,
+        Action::Show { name, database } => show(name, database.as_deref())?,
         Action::Check { file } => {
-            let class = check(file)?;
+            let class = database::check(file)?;
             println!("{}: class `{}`, {} ranges", file.display(), class.name, class.ranges.len());
         }
         Action::Add { file, to } => add(file, to)?,
+        Action::Evaluate { patterns, classes, seed, database, out, force } => {
+            let plan = Plan { classes: classes.clone(), patterns: *patterns, seed: *seed };
+            let count = evaluate::make(&plan, database.as_deref(), out, *force)?;
+            println!("{}: {count} pictures; labels.csv has what they are", out.display());
+        }
         Action::Calibrate { out } => {
             let database = Database::built_in()?;
             let classes: Vec<&Class> = database.classes.iter().filter(|c| c.free_seeds).collect();
@@ -74,16 +112,16 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn list() -> Result<()> {
+fn list(folder: Option<&Path>) -> Result<()> {
     let mut out = io::stdout().lock();
-    for class in Database::built_in()?.classes {
+    for class in database::load(folder)?.0.classes {
         writeln!(out, "{:28} {:7} {}", class.name, class.model.name, class.about)?;
     }
     Ok(())
 }
 
-fn show(name: &str) -> Result<()> {
-    let database = Database::built_in()?;
+fn show(name: &str, folder: Option<&Path>) -> Result<()> {
+    let (database, _) = database::load(folder)?;
     let Some(class) = database.find(name) else {
         let known: Vec<_> = database.classes.iter().map(|c| c.name.as_str()).collect();
         bail!("no class `{name}`; known classes: {}", known.join(", "));
@@ -107,19 +145,8 @@ fn show(name: &str) -> Result<()> {
     Ok(())
 }
 
-fn check(file: &Path) -> Result<Class> {
-    let text =
-        fs::read_to_string(file).with_context(|| format!("cannot read `{}`", file.display()))?;
-    let inputs = inputs_of(file);
-    let checked = Class::parse(&text, &inputs).and_then(|class| {
-        class.check(&inputs)?;
-        Ok(class)
-    });
-    checked.with_context(|| format!("`{}`", file.display()))
-}
-
 fn add(file: &Path, to: &Path) -> Result<()> {
-    let class = check(file)?;
+    let class = database::check(file)?;
     if Database::built_in()?.find(&class.name).is_some() {
         bail!("`{}`: name: `{}` is in the database already", file.display(), class.name);
     }
@@ -154,10 +181,6 @@ fn calibrate(classes: &[&Class], base: &Path) -> Result<Calibration> {
         bail!("class `{name}`: only {} of its patterns have two colours", list.len() / 5);
     }
     Ok(calibration)
-}
-
-fn inputs_of(file: &Path) -> FileInputs {
-    FileInputs::new(vec![file.parent().unwrap_or(Path::new(".")).to_path_buf()])
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {

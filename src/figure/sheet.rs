@@ -11,7 +11,8 @@ const TEXT: f64 = 20.0;
 /// Height of a caption with its space, pixels.
 const CAPTION: usize = 34;
 
-/// Puts PNG pictures in rows of `columns`, each with its caption below, as one PNG.
+/// Puts PNG pictures in rows of `columns`, each with its caption below, as one PNG; small ones
+/// are magnified by whole times.
 ///
 /// # Errors
 /// If a picture is no PNG, or the font fails.
@@ -24,6 +25,9 @@ pub(crate) fn encode(panels: &[(String, Vec<u8>)], columns: usize) -> Result<Vec
     let panels = panels?;
     let columns = columns.clamp(1, panels.len().max(1));
     let width = panels.iter().map(|(_, p)| p.width() as usize).max().unwrap_or(1);
+    let height = panels.iter().map(|(_, p)| p.height() as usize).max().unwrap_or(1);
+    let panels: Vec<_> =
+        panels.into_iter().map(|(title, p)| (title, magnified(p, width, height))).collect();
     let caption = if panels.iter().any(|(title, _)| !title.is_empty()) { CAPTION } else { 0 };
     // Every row is as high as its highest panel.
     let tallest = |row: &[(String, RgbImage)]| {
@@ -51,4 +55,16 @@ pub(crate) fn encode(panels: &[(String, Vec<u8>)], columns: usize) -> Result<Vec
     let mut bytes = Vec::new();
     sheet.write_png(&mut bytes)?;
     Ok(bytes)
+}
+
+/// A picture by whole times as large as fits into a panel.
+fn magnified(picture: RgbImage, width: usize, height: usize) -> RgbImage {
+    let (w, h) = picture.dimensions();
+    let times = (width as u32 / w).min(height as u32 / h);
+    match times {
+        0 | 1 => picture,
+        _ => {
+            RgbImage::from_fn(w * times, h * times, |x, y| *picture.get_pixel(x / times, y / times))
+        }
+    }
 }

@@ -23,6 +23,9 @@ const FLOOR: (f64, f64) = (1e-3, 1e-6);
 /// picture are not independent: set so that the confidence of held-out samples is their accuracy.
 const TEMPERATURE: f64 = 3.0;
 
+/// Parts of the samples that are left out in turn.
+const FOLDS: usize = 6;
+
 /// A descriptor of a known pattern.
 #[derive(Clone, Debug)]
 pub struct Sample {
@@ -128,14 +131,18 @@ impl Classifier {
                 half_log_det,
             });
         }
-        let regressions =
-            (0..classes).map(|class| Regression::new(samples, class, &project)).collect();
-        Ok(Self { center, axes, groups, regressions })
+        let mut learnt = Self { center, axes, groups, regressions: Vec::new() };
+        for class in 0..classes {
+            let own: Vec<&Sample> = samples.iter().filter(|s| s.class == class).collect();
+            let regression = Regression::new(&own, |v| learnt.project(v));
+            learnt.regressions.push(regression);
+        }
+        Ok(learnt)
     }
 
     /// Every class, the likeliest first.
     pub fn rank(&self, values: &[f64]) -> Vec<Ranked> {
-        let z = &self.axes * (DVector::from_column_slice(values) - &self.center);
+        let z = self.project(values);
         let first = AXES.min(z.len());
         let scores: Vec<(f64, f64)> = self
             .groups
@@ -164,29 +171,65 @@ impl Classifier {
         ranked
     }
 
-    /// Shares of the ranges of `class` by regression.
+    /// Shares of the ranges of `class` by regression, within the ranges.
     fn estimate(&self, class: usize, inverted: bool, values: &[f64]) -> Vec<f64> {
+        let fit = self.summary(class, inverted, values);
+        fit.into_iter().map(|v| v.clamp(0.0, 1.0)).collect()
+    }
+
+    /// Shares of the ranges of `class` by regression, as it gives them.
+    pub fn summary(&self, class: usize, inverted: bool, values: &[f64]) -> Vec<f64> {
         let values = if inverted { invert(values) } else { values.to_vec() };
-        let z = &self.axes * (DVector::from_vec(values) - &self.center);
-        self.regressions[class].at(&z)
+        self.regressions[class].at(&self.project(&values))
+    }
+
+    /// Standard error of [`Classifier::summary`] for a picture that it has not learnt from:
+    /// regressions without each sixth of `samples` in turn, which it predicts. Samples of one
+    /// pattern, which have one point, stay together.
+    pub fn deviations(&self, class: usize, samples: &[Sample]) -> Vec<f64> {
+        let own: Vec<&Sample> = samples.iter().filter(|s| s.class == class).collect();
+        let mut fold = 0;
+        let folds: Vec<usize> = (0..own.len())
+            .map(|n| {
+                fold += usize::from(n > 0 && own[n].point != own[n - 1].point);
+                fold % FOLDS
+            })
+            .collect();
+        let mut squares = vec![0.0; own[0].point.len()];
+        for left_out in 0..FOLDS {
+            let part = |out: bool| -> Vec<&Sample> {
+                let pairs = own.iter().zip(&folds);
+                pairs.filter(|(_, f)| (**f == left_out) == out).map(|(s, _)| *s).collect()
+            };
+            let (rest, out) = (part(false), part(true));
+            if rest.is_empty() {
+                continue;
+            }
+            let regression = Regression::new(&rest, |v| self.project(v));
+            for sample in out {
+                let fit = regression.at(&self.project(&sample.values));
+                for ((sum, a), b) in squares.iter_mut().zip(&fit).zip(&sample.point) {
+                    *sum += (a - b).powi(2) / own.len() as f64;
+                }
+            }
+        }
+        squares.into_iter().map(f64::sqrt).collect()
+    }
+
+    fn project(&self, values: &[f64]) -> DVector<f64> {
+        &self.axes * (DVector::from_column_slice(values) - &self.center)
     }
 }
 
 impl Regression {
-    fn new(
-        samples: &[Sample],
-        class: usize,
-        project: &impl Fn(&DVector<f64>) -> DVector<f64>,
-    ) -> Self {
-        let of: Vec<&Sample> = samples.iter().filter(|s| s.class == class).collect();
-        let rows: Vec<DVector<f64>> =
-            of.iter().map(|s| extended(&project(&DVector::from_column_slice(&s.values)))).collect();
+    fn new(of: &[&Sample], project: impl Fn(&[f64]) -> DVector<f64>) -> Self {
+        let rows: Vec<DVector<f64>> = of.iter().map(|s| extended(&project(&s.values))).collect();
         let (size, outputs) = (rows[0].len(), of[0].point.len());
         let mut normal = DMatrix::identity(size, size) * (0.1 * rows.len() as f64);
         // The mean is not held back.
         normal[(size - 1, size - 1)] = 1e-6;
         let mut right = DMatrix::zeros(size, outputs);
-        for (row, sample) in rows.iter().zip(&of) {
+        for (row, sample) in rows.iter().zip(of) {
             normal += row * row.transpose();
             right += row * DVector::from_column_slice(&sample.point).transpose();
         }
@@ -196,8 +239,7 @@ impl Regression {
     }
 
     fn at(&self, z: &DVector<f64>) -> Vec<f64> {
-        let fit = self.weights.transpose() * extended(z);
-        fit.iter().map(|v| v.clamp(0.0, 1.0)).collect()
+        (self.weights.transpose() * extended(z)).as_slice().to_vec()
     }
 }
 

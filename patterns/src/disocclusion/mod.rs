@@ -10,10 +10,13 @@ mod class;
 mod classify;
 mod database;
 pub mod degrade;
-pub mod evaluate;
+mod detect;
 pub mod foreign;
 mod normalize;
 mod pixels;
+mod place;
+mod quality;
+mod refine;
 pub mod scores;
 
 pub use calibration::{Calibration, PATTERNS, built_in, samples};
@@ -21,8 +24,12 @@ pub use candidate::{Ink, simulate};
 pub use class::{Class, Range, Values};
 pub use classify::{Classifier, Ranked, Sample};
 pub use database::{BUILT_IN, Database};
-pub use normalize::{Normal, normalize};
+pub use detect::{Detection, Occluder, detect};
+pub use normalize::{Normal, grey_levels, normalize};
 pub use pixels::{Agreement, agree};
+pub use place::Placement;
+pub use quality::Quality;
+pub use refine::{Generation, Refined, Refiner, Tried};
 
 use crate::{Error, Inputs, Result};
 use solvers::texture::Descriptor;
@@ -44,6 +51,7 @@ pub struct Identifier {
     /// Classes by statistics, in the order of the classifier.
     free: Vec<usize>,
     classifier: Classifier,
+    samples: Vec<Sample>,
     limits: Vec<f64>,
     candidates: pixels::Candidates,
 }
@@ -94,7 +102,7 @@ impl Identifier {
         let classifier = Classifier::new(&samples, classes.len())?;
         let limits = limits(&classifier, &samples, classes.len());
         let candidates = pixels::Candidates::new(database.classes.len());
-        Ok(Self { database, free, classifier, limits, candidates })
+        Ok(Self { database, free, classifier, samples, limits, candidates })
     }
 
     /// The classes.
@@ -142,6 +150,27 @@ impl Identifier {
         }
         let none = ranking.first().is_none_or(|m| m.distance > 1.0);
         Ok(Answer { ranking, none, wavelength: descriptor.map(|d| d.wavelength) })
+    }
+
+    /// The class of an answer.
+    pub fn class(&self, found: &Match) -> &Class {
+        &self.database.classes[found.class]
+    }
+
+    /// Estimates of the shares of a class's ranges, not held inside them: the summary statistics
+    /// of a picture. Empty for a class without chance.
+    pub fn summary(&self, class: usize, descriptor: &Descriptor, inverted: bool) -> Vec<f64> {
+        let index = self.free.iter().position(|&c| c == class);
+        index.map_or_else(Vec::new, |n| self.classifier.summary(n, inverted, &descriptor.values))
+    }
+
+    /// Standard error of the estimates of [`Identifier::summary`]; of a class without chance the
+    /// half distance between the points that are run to rank it.
+    pub fn deviations(&self, class: usize) -> Vec<f64> {
+        match self.free.iter().position(|&c| c == class) {
+            Some(n) => self.classifier.deviations(n, &self.samples),
+            None => pixels::deviations(&self.database.classes[class]),
+        }
     }
 
     fn by_statistics(&self, descriptor: &Descriptor) -> Vec<Match> {

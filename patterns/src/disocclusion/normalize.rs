@@ -57,12 +57,51 @@ pub fn normalize(picture: &Field, visible: &[bool]) -> Result<Normal> {
     if !visible.contains(&true) {
         return Err(Error::config("mask", "hides the whole picture"));
     }
-    let seen: Vec<usize> = (0..visible.len()).filter(|&n| visible[n]).collect();
-    let values: Vec<f64> = seen.iter().map(|&n| picture.as_slice()[n]).collect();
-    let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(a, b), &v| (a.min(v), b.max(v)));
+    let seen = || picture.as_slice().iter().zip(visible).filter(|(_, seen)| **seen);
+    let (low, high) = seen().fold((f64::MAX, f64::MIN), |(a, b), (&v, _)| (a.min(v), b.max(v)));
     if !(high > low) {
         return Err(Error::config("picture", "its visible part has one value only"));
     }
+    let (ink, threshold, _) = split(picture, visible);
+    let mut normal =
+        Normal { shape: [ny, nx], ink, visible: visible.to_vec(), threshold, despeckled: false };
+    if speckle(&normal) > SPECKLED {
+        normal.ink = majority(&normal);
+        normal.despeckled = true;
+    }
+    Ok(normal)
+}
+
+/// Share of visible pixels in the middle half of the range above which a picture has more grey
+/// levels than those of ink and paper.
+const GREY: f64 = 0.2;
+
+/// The grey levels of the visible part with an even light, 0 where hidden; none for a picture in
+/// ink and paper only, or a speckled one.
+pub fn grey_levels(picture: &Field, normal: &Normal) -> Option<Field> {
+    if normal.despeckled || picture.as_slice().len() != normal.ink.len() {
+        return None;
+    }
+    let (_, _, level) = split(picture, &normal.visible);
+    let (low, high) = level.iter().fold((f64::MAX, f64::MIN), |(a, b), &v| (a.min(v), b.max(v)));
+    let quarter = 0.25 * (high - low);
+    let middle = level.iter().filter(|&&v| v > low + quarter && v < high - quarter).count();
+    if (middle as f64) < GREY * level.len() as f64 {
+        return None;
+    }
+    let mut values = vec![0.0; normal.ink.len()];
+    let seen = (0..values.len()).filter(|&n| normal.visible[n]);
+    seen.zip(&level).for_each(|(n, &v)| values[n] = v);
+    Field::from_vec(picture.grid(), values).ok()
+}
+
+/// Whether each visible pixel is darker than the threshold, that, and the visible pixels' levels
+/// with an even light.
+pub(super) fn split(picture: &Field, visible: &[bool]) -> (Vec<bool>, f64, Vec<f64>) {
+    let [_, ny, nx] = picture.grid().shape();
+    let seen: Vec<usize> = (0..visible.len()).filter(|&n| visible[n]).collect();
+    let values: Vec<f64> = seen.iter().map(|&n| picture.as_slice()[n]).collect();
+    let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(a, b), &v| (a.min(v), b.max(v)));
     let mut level = values.clone();
     let mut threshold = otsu(&level);
     if values.iter().any(|&v| v > low && v < high) {
@@ -75,13 +114,7 @@ pub fn normalize(picture: &Field, visible: &[bool]) -> Result<Normal> {
     }
     let mut ink = vec![false; visible.len()];
     seen.iter().zip(&level).for_each(|(&n, &v)| ink[n] = v < threshold);
-    let mut normal =
-        Normal { shape: [ny, nx], ink, visible: visible.to_vec(), threshold, despeckled: false };
-    if speckle(&normal) > SPECKLED {
-        normal.ink = majority(&normal);
-        normal.despeckled = true;
-    }
-    Ok(normal)
+    (ink, threshold, level)
 }
 
 /// Otsu's threshold (1979): the greatest variance between the two classes, over 256 bins.

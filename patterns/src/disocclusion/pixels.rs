@@ -1,6 +1,11 @@
 //! Classes without chance in them, compared pixel by pixel.
 
-use super::{candidate::Ink, candidate::simulate, class::Class, normalize::Normal};
+use super::{
+    candidate::{Ink, simulate},
+    class::Class,
+    normalize::Normal,
+    place::{self, Frame},
+};
 use crate::{Inputs, Result};
 use rayon::prelude::*;
 use std::{
@@ -19,9 +24,6 @@ const COARSE: usize = 900;
 
 /// Step of that search (degrees), and then of its refinement.
 const STEPS: (usize, f64) = (6, 0.5);
-
-/// Largest difference of the logarithms of two aspect ratios of the same frame.
-const ASPECT: f64 = 0.15;
 
 /// Patterns of classes without chance, each run once, when it is first compared.
 #[derive(Default)]
@@ -45,6 +47,12 @@ impl Candidates {
         let ink = simulate(entry, &entry.point(SEED, index), 0, inputs)?;
         Ok(slot.get_or_init(|| ink))
     }
+}
+
+/// Half of the usual distance between two points of a class that are run to rank it.
+pub(super) fn deviations(class: &Class) -> Vec<f64> {
+    let dim = class.ranges.len();
+    vec![0.5 * libm::pow(POINTS as f64, -1.0 / dim as f64); dim]
 }
 
 /// How well a class agrees with a picture.
@@ -97,18 +105,13 @@ pub(super) fn rank(
 /// Greatest correlation over all angles, the angle, and whether its sign is negative; none if
 /// the frames have other proportions.
 pub fn agree(normal: &Normal, candidate: &Ink) -> Option<(f64, f64, bool)> {
-    let aspect = |[ny, nx]: [usize; 2]| (nx as f64 / ny as f64).ln();
-    let (a, b) = (aspect(normal.shape), aspect(candidate.shape));
-    if (a.abs() - b.abs()).abs() > ASPECT {
+    if !place::alike(normal.shape, candidate.shape) {
         return None;
     }
     // A picture on its side is a quarter turn of the class's frame.
-    let swapped = (a - b).abs() > ASPECT;
-    let base = if swapped { FRAC_PI_2 } else { 0.0 };
-    let width = normal.shape[usize::from(!swapped)] as f64;
-    let scale = candidate.shape[1] as f64 / width;
+    let base = if place::swapped(normal.shape, candidate.shape) { FRAC_PI_2 } else { 0.0 };
     let stride = (normal.ink.len() / COARSE).max(1);
-    let score = |angle: f64, stride: usize| correlate(normal, candidate, angle, scale, stride);
+    let score = |angle: f64, stride: usize| correlate(normal, candidate, angle, stride);
     let angles = (0..360).step_by(STEPS.0).map(|d| base + d as f64 * PI / 180.0);
     let better = |a: (f64, f64), b: (f64, f64)| if b.0.abs() > a.0.abs() { b } else { a };
     let mut best = angles.map(|t| (score(t, stride), t)).fold((0.0, base), better);
@@ -124,29 +127,26 @@ pub fn agree(normal: &Normal, candidate: &Ink) -> Option<(f64, f64, bool)> {
 
 /// Correlation of the inks of every `stride`th visible pixel, the candidate turned by `angle`
 /// about the middle; 0 if fewer than half of them lie in its frame.
-fn correlate(normal: &Normal, candidate: &Ink, angle: f64, scale: f64, stride: usize) -> f64 {
-    let [ny, nx] = normal.shape;
-    let [cy, cx] = candidate.shape;
-    let (sin, cos) = (libm::sin(angle) * scale, libm::cos(angle) * scale);
+fn correlate(normal: &Normal, candidate: &Ink, angle: f64, stride: usize) -> f64 {
+    let frame = Frame::new(normal.shape, candidate.shape, angle);
     let mut table = [[0.0_f64; 2]; 2];
     let (mut seen, mut inside) = (0, 0);
     for n in (0..normal.ink.len()).step_by(stride).filter(|&n| normal.visible[n]) {
-        let y = (n / nx) as f64 + 0.5 - 0.5 * ny as f64;
-        let x = (n % nx) as f64 + 0.5 - 0.5 * nx as f64;
-        let u = cos * x + sin * y + 0.5 * cx as f64;
-        let v = cos * y - sin * x + 0.5 * cy as f64;
         seen += 1;
-        if u < 0.0 || v < 0.0 || u >= cx as f64 || v >= cy as f64 {
-            continue;
+        if let Some(m) = frame.find(n) {
+            inside += 1;
+            table[usize::from(normal.ink[n])][usize::from(candidate.ink[m])] += 1.0;
         }
-        inside += 1;
-        let other = candidate.ink[v as usize * cx + u as usize];
-        table[usize::from(normal.ink[n])][usize::from(other)] += 1.0;
     }
     if 2 * inside < seen {
         return 0.0;
     }
-    let [[a, b], [c, d]] = table;
+    phi_coefficient(table)
+}
+
+/// Pearson's correlation of two pictures in ink from the table of their pixels' colours; 0 if
+/// one of them has one colour.
+pub(super) fn phi_coefficient([[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
     let spread = ((a + b) * (c + d) * (a + c) * (b + d)).sqrt();
     if spread > 0.0 { (a * d - b * c) / spread } else { 0.0 }
 }

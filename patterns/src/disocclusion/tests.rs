@@ -215,3 +215,132 @@ fn the_papers_score_is_a_correlation_and_its_least_value_finds_nothing() {
     let whole = everything(database[0].shape, &database[0].ink);
     assert_eq!(whole.ink, database[0].ink);
 }
+
+/// Disks on a lattice, as a source.
+fn disks(side: usize) -> Ink {
+    let inside =
+        |n: usize| ((n % side) as f64 % 12.0 - 6.0).hypot((n / side) as f64 % 12.0 - 6.0) < 3.6;
+    Ink { shape: [side, side], ink: (0..side * side).map(inside).collect() }
+}
+
+#[test]
+fn occluders_are_found_where_they_are_and_nowhere_else() {
+    let source = disks(120);
+    let overlap = |found: &[bool], truth: &[bool]| {
+        let hidden = |f: &dyn Fn(bool, bool) -> bool| {
+            found.iter().zip(truth).filter(|(a, b)| f(!**a, !**b)).count() as f64
+        };
+        hidden(&|a, b| a && b) / hidden(&|a, b| a || b)
+    };
+    for seed in 0..4 {
+        for (kind, share, named) in [
+            (Harm::Box, 0.25, Occluder::Flat),
+            (Harm::SmallBoxes, 0.5, Occluder::Flat),
+            (Harm::Dots, 0.25, Occluder::Dots),
+            (Harm::Blur, 0.25, Occluder::Flat),
+        ] {
+            let harmed = harm(&source, kind, share, seed).unwrap();
+            let detection = detect(&harmed.picture).unwrap();
+            assert_eq!(detection.found.len(), 1, "{kind:?} {seed}: {:?}", detection.found);
+            assert_eq!(detection.found[0].0, named);
+            let overlap = overlap(&detection.visible, &harmed.visible);
+            assert!(
+                overlap > if named == Occluder::Flat { 0.99 } else { 0.9 },
+                "{kind:?} {overlap}"
+            );
+        }
+        // A black box has the ink's level.
+        let mut harmed = harm(&source, Harm::Box, 0.2, seed).unwrap();
+        let seen = harmed.visible.clone();
+        let hidden = harmed.picture.as_mut_slice().iter_mut().zip(&seen).filter(|(_, s)| !**s);
+        hidden.for_each(|(v, _)| *v = 0.0);
+        let detection = detect(&harmed.picture).unwrap();
+        assert!(overlap(&detection.visible, &harmed.visible) > 0.85, "{seed}");
+        // Salt and pepper hides single pixels all over.
+        let noisy = harm(&source, Harm::Speckle, 0.0, seed).unwrap();
+        let detection = detect(&noisy.picture).unwrap();
+        assert_eq!(detection.found[0].0, Occluder::Noise);
+        let wrong = |n: &usize| (noisy.picture.as_slice()[*n] < 0.5) != source.ink[*n];
+        let flipped: Vec<usize> = (0..seen.len()).filter(wrong).collect();
+        let caught = flipped.iter().filter(|&&n| !detection.visible[n]).count();
+        assert!(caught as f64 > 0.9 * flipped.len() as f64, "{caught} of {}", flipped.len());
+    }
+    let clean = harm(&source, Harm::Box, 0.0, 0).unwrap();
+    assert!(detect(&clean.picture).unwrap().found.is_empty());
+    for class in ["topology-row-l", "topology-row-c", "schnakenberg-spots"] {
+        let database = Database::built_in().unwrap();
+        let class = database.find(class).unwrap();
+        let pattern = simulate(class, &vec![0.5; class.ranges.len()], 3, &NoInputs).unwrap();
+        let times = if class.free_seeds { 1 } else { 3 };
+        let whole = harm(&pattern.magnify(times), Harm::Box, 0.0, 0).unwrap();
+        let found = detect(&whole.picture).unwrap().found;
+        assert!(found.is_empty(), "{}: {found:?}", class.name);
+    }
+}
+
+#[test]
+fn refinement_of_a_structure_lowers_its_pixel_error_and_finds_its_volume() {
+    let identifier = Identifier::new(Database::built_in().unwrap(), &built_in().unwrap()).unwrap();
+    let class = identifier.database().find("topology-row-l").unwrap();
+    let truth = [0.37, 0.6, 0.2];
+    let pattern = simulate(class, &truth, 0, &NoInputs).unwrap().magnify(3);
+    let harmed = harm(&pattern, Harm::Box, 0.25, 2).unwrap();
+    let normal = normalize(&harmed.picture, &harmed.visible).unwrap();
+    let answer = identifier.identify(&normal, &NoInputs).unwrap();
+    let first = &answer.ranking[0];
+    let error = |point: &[f64]| {
+        let candidate = simulate(class, point, 0, &NoInputs).unwrap();
+        let placed = Placement::of(first).place(&candidate, normal.shape);
+        scores::mean_squared_error(&normal, &placed)
+    };
+    let mut search = Refiner::new(&identifier, &normal, first, 1).unwrap();
+    for _ in 0..6 {
+        search.step(&NoInputs).unwrap().unwrap();
+    }
+    let refined = search.finish();
+    let (before, after) = (error(&first.point), error(&refined.point));
+    assert!(after < 0.7 * before, "{before} {after}");
+    assert_eq!(search.history().last().unwrap().best, after);
+    // Whole numbers among the parameters give candidates that are known already.
+    assert_eq!(search.history().last().unwrap().candidates[0], search.tried().len());
+    let volume = class.ranges.iter().position(|r| r.key == "volume").unwrap();
+    assert!((refined.point[volume] - truth[volume]).abs() < 0.15, "{refined:?}");
+    assert!(refined.deviations.iter().all(|d| *d > 0.0 && *d < 1.0));
+}
+
+#[test]
+fn a_placed_structure_agrees_with_its_own_picture() {
+    let small = Ink { shape: [20, 30], ink: (0..600).map(|n| n % 30 < 9 || n / 30 > 15).collect() };
+    let pattern = small.magnify(4);
+    for (kind, inverted) in [(Harm::Box, false), (Harm::Invert, true), (Harm::Rotate, false)] {
+        let harmed = harm(&pattern, kind, 0.0, 9).unwrap();
+        let normal = normalize(&harmed.picture, &harmed.visible).unwrap();
+        let (correlation, angle, found) = agree(&normal, &small).unwrap();
+        assert_eq!(found, inverted, "{kind:?}");
+        let placement = Placement { inverted, angle: Some(angle), scale: 1.0 };
+        let placed = placement.place(&small, normal.shape);
+        assert!(
+            (scores::correlation(&normal, &placed) - correlation).abs() < 1e-9
+                || kind == Harm::Rotate
+        );
+        assert!(scores::mean_squared_error(&normal, &placed) < 0.02, "{kind:?}");
+    }
+}
+
+#[test]
+fn grey_levels_are_those_under_an_even_light() {
+    let grid = Grid::new(&[64, 64], 1.0).unwrap();
+    let wave = |n: usize| libm::sin((n % 64) as f64 * 0.7) * libm::cos((n / 64) as f64 * 0.6);
+    let lit = |n: usize| wave(n) + 0.01 * (n % 64) as f64;
+    let all = vec![true; 64 * 64];
+    let picture = Field::from_vec(grid, (0..64 * 64).map(lit).collect()).unwrap();
+    let normal = normalize(&picture, &all).unwrap();
+    let levels = grey_levels(&picture, &normal).unwrap();
+    let off = |f: &dyn Fn(usize) -> f64| {
+        let mean = (0..64 * 64).map(|n| f(n) - wave(n)).sum::<f64>() / 4096.0;
+        (0..64 * 64).map(|n| (f(n) - wave(n) - mean).abs()).fold(0.0, f64::max)
+    };
+    assert!(off(&|n| levels.as_slice()[n]) < 0.2 * off(&lit), "{}", off(&|n| levels.as_slice()[n]));
+    let flat = Field::from_vec(grid, (0..64 * 64).map(|n| wave(n).signum()).collect()).unwrap();
+    assert!(grey_levels(&flat, &normalize(&flat, &all).unwrap()).is_none());
+}

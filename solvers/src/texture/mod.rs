@@ -12,12 +12,14 @@
 
 mod chords;
 mod correlation;
+mod depth;
 mod descriptor;
 mod level_sets;
 mod smooth;
 
 pub use chords::lineal_path;
 pub use correlation::Correlation;
+pub use depth::depth;
 pub use descriptor::{Descriptor, NAMES, invert};
 pub use level_sets::{Densities, LevelSets};
 pub use smooth::normalized_convolution;

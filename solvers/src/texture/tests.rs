@@ -135,3 +135,18 @@ fn a_picture_of_one_colour_has_no_descriptor() {
     assert!(Descriptor::new(&Masked::new([64, 64], &ink, &visible).unwrap()).is_none());
     assert!(Masked::new([64, 63], &ink, &visible).is_err());
 }
+
+#[test]
+fn depth_is_the_distance_to_the_nearest_pixel_outside() {
+    let mut random = stream(5, "depth", 0);
+    let (ny, nx) = (17, 23);
+    let inside: Vec<bool> = (0..ny * nx).map(|_| uniform(&mut random) < 0.9).collect();
+    let found = depth([ny, nx], &inside);
+    for n in 0..ny * nx {
+        let nearest = (0..ny * nx)
+            .filter(|&m| !inside[m])
+            .map(|m| ((n / nx) as f64 - (m / nx) as f64).hypot((n % nx) as f64 - (m % nx) as f64));
+        assert_eq!(found[n], nearest.fold(f64::INFINITY, f64::min), "pixel {n}");
+    }
+    assert!(depth([2, 3], &[true; 6]).iter().all(|d| *d == f64::INFINITY));
+}
