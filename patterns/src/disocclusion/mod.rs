@@ -11,6 +11,7 @@ mod classify;
 mod database;
 pub mod degrade;
 pub mod evaluate;
+pub mod fill;
 pub mod foreign;
 mod normalize;
 mod pixels;

@@ -13,12 +13,14 @@
 mod chords;
 mod correlation;
 mod descriptor;
+mod kriging;
 mod level_sets;
 mod smooth;
 
 pub use chords::lineal_path;
 pub use correlation::Correlation;
 pub use descriptor::{Descriptor, NAMES, invert};
+pub use kriging::Kriging;
 pub use level_sets::{Densities, LevelSets};
 pub use smooth::normalized_convolution;
 
