@@ -11,6 +11,7 @@ mod classify;
 mod database;
 pub mod degrade;
 mod detect;
+pub mod fill;
 pub mod foreign;
 mod normalize;
 mod pixels;

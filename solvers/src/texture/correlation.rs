@@ -178,7 +178,7 @@ impl Correlation {
 }
 
 /// The least number of 2^a 3^b 5^c that is at least `n`.
-fn smooth_size(n: usize) -> usize {
+pub(super) fn smooth_size(n: usize) -> usize {
     let smooth = |mut n: usize| {
         for p in [2, 3, 5] {
             while n.is_multiple_of(p) {

@@ -14,6 +14,7 @@ mod chords;
 mod correlation;
 mod depth;
 mod descriptor;
+mod kriging;
 mod level_sets;
 mod smooth;
 
@@ -21,6 +22,7 @@ pub use chords::lineal_path;
 pub use correlation::Correlation;
 pub use depth::depth;
 pub use descriptor::{Descriptor, NAMES, invert};
+pub use kriging::Kriging;
 pub use level_sets::{Densities, LevelSets};
 pub use smooth::normalized_convolution;
 
