@@ -18,7 +18,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use patterns::{
     NoInputs,
     disocclusion::{
-        Answer, Identifier, Ink, Match, Normal, Placement, Quality, Refined, Refiner, normalize,
+        Answer, Identifier, Ink, Match, Normal, Placement, Quality, Refined, Refiner,
+        fill::{Fill, Filled, fill},
+        grey_levels, normalize,
         scores::{Score, by_iteration},
         simulate,
     },

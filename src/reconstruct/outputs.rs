@@ -21,10 +21,11 @@ const PANEL: usize = 400;
 const CONTOUR: [u8; 3] = [213, 94, 0];
 const HIDDEN: [u8; 3] = [86, 180, 233];
 
-/// Ink of the whole picture at its own size: what is seen, and in the hole what is likelier.
+/// Ink of the whole picture at its own size: what is seen, and in the hole the likeliest sample,
+/// which has the statistics of the pattern as a mean over samples has not.
 pub(super) fn whole(report: &Report) -> Vec<bool> {
     let source = &report.source;
-    let filled = |n: usize| report.filled.ink[work_pixel(report, n)] > 0.5;
+    let filled = |n: usize| report.filled.picture()[work_pixel(report, n)];
     let seen = match source.factor {
         1 => None,
         _ => normalize(&source.picture, &source.visible).ok(),

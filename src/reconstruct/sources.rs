@@ -231,7 +231,7 @@ fn make(example: &Example, config: &Config) -> Result<Made> {
 }
 
 /// Name of a harm in files.
-pub fn harm_name(harm: Harm) -> &'static str {
+pub(super) fn harm_name(harm: Harm) -> &'static str {
     match harm {
         Harm::Box => "box",
         Harm::SmallBoxes => "small-boxes",

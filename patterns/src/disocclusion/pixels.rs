@@ -16,6 +16,10 @@ use std::{
 /// Points of a class that are run to rank it.
 const POINTS: u64 = 6;
 
+/// Correlation with a class's first point below which its others are not run: points of one
+/// class agree far better with each other.
+const UNLIKE: f64 = 0.25;
+
 /// Seed of the points; evaluations use others.
 const SEED: u64 = 1;
 
@@ -92,6 +96,9 @@ pub(super) fn rank(
                     let (correlation, angle, inverted) = fit;
                     let point = entry.point(SEED, index);
                     best = Some(Agreement { class, correlation, angle, inverted, point });
+                }
+                if best.as_ref().is_none_or(|b| b.correlation < UNLIKE) {
+                    break;
                 }
             }
             Ok(best.into_iter().collect())
