@@ -2,7 +2,7 @@ use super::degrade::{HARMS, Harm, harm};
 use super::*;
 use crate::NoInputs;
 use solvers::random::{stream, uniform};
-use solvers::{Field, Grid};
+use solvers::Grid;
 use toml::Value;
 
 const GOOD: &str = "name = 'mine'\nabout = 'spots'\nmodel = 'rd'\nseeds = 'free'\n\
