@@ -20,7 +20,7 @@ use patterns::{
     disocclusion::{
         Answer, Identifier, Ink, Match, Normal, Placement, Quality, Refined, Refiner,
         fill::{Fill, Filled, fill},
-        grey_levels,
+        grey_levels, normalize,
         scores::{Score, by_iteration},
         simulate,
     },
@@ -193,7 +193,7 @@ fn parse(request: &Request) -> Result<Config> {
 fn reconstruct(
     config: &Config,
     request: &Request,
-    source: Source,
+    mut source: Source,
     options: &Options,
     start: Instant,
 ) -> Result<Report> {
@@ -204,6 +204,10 @@ fn reconstruct(
     stages.say("comparing with every class");
     let compared = identifier.identify_picture(&source.work, &source.work_visible, &NoInputs);
     let (normal, answer) = compared.map_err(|e| request.locate(e))?;
+    let plain = normalize(&source.work, &source.work_visible).map_err(|e| request.locate(e))?;
+    if plain.threshold != normal.threshold {
+        source.split_truth_at_mean();
+    }
     stages.check()?;
     let found = answer.ranking.first().filter(|_| !answer.none);
     let case =
