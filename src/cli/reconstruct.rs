@@ -58,7 +58,7 @@ pub(super) struct Args {
     /// Most generations of the search for parameters, 0 for none [default: 8].
     #[arg(long, value_name = "N")]
     generations: Option<u64>,
-    /// Classes whose scores are computed [default: 6].
+    /// Classes whose scores are computed [default: 4].
     #[arg(long, value_name = "N")]
     candidates: Option<u64>,
     /// Samples of what may be hidden [default: 1; 6 where a hole is wider than two wavelengths].

@@ -255,10 +255,10 @@ fn identify(identifier: &Identifier, label: &Label, folder: &Path) -> Result<Row
         None => vec![true; picture.as_slice().len()],
     };
     // A picture of one colour is of no class.
-    let Ok(normal) = normalize(&picture, &visible) else {
+    if normalize(&picture, &visible).is_err() {
         return Ok(Row { none: true, right: label.class == NONE, ..Row::default() });
-    };
-    let answer = identifier.identify(&normal, &NoInputs)?;
+    }
+    let (_, answer) = identifier.identify_picture(&picture, &visible, &NoInputs)?;
     let Some(first) = answer.ranking.first() else {
         return Ok(Row { none: true, right: label.class == NONE, ..Row::default() });
     };

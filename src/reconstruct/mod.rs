@@ -88,7 +88,7 @@ impl Default for Config {
             truth: None,
             database: None,
             generations: 8,
-            candidates: 6,
+            candidates: 4,
             samples: None,
         }
     }
@@ -193,7 +193,7 @@ fn parse(request: &Request) -> Result<Config> {
 fn reconstruct(
     config: &Config,
     request: &Request,
-    source: Source,
+    mut source: Source,
     options: &Options,
     start: Instant,
 ) -> Result<Report> {
@@ -201,9 +201,13 @@ fn reconstruct(
     let base = config.database.as_ref().map(|folder| sources::find(request, folder));
     let (classes, calibration) = database::load(base.as_deref())?;
     let identifier = Identifier::new(classes, &calibration)?;
-    let normal = normalize(&source.work, &source.work_visible).map_err(|e| request.locate(e))?;
     stages.say("comparing with every class");
-    let answer = identifier.identify(&normal, &NoInputs)?;
+    let compared = identifier.identify_picture(&source.work, &source.work_visible, &NoInputs);
+    let (normal, answer) = compared.map_err(|e| request.locate(e))?;
+    let plain = normalize(&source.work, &source.work_visible).map_err(|e| request.locate(e))?;
+    if plain.threshold != normal.threshold {
+        source.split_truth_at_mean();
+    }
     stages.check()?;
     let found = answer.ranking.first().filter(|_| !answer.none);
     let case =

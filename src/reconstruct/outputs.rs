@@ -49,7 +49,10 @@ pub(super) fn encode(report: &Report) -> Result<Vec<(String, Vec<u8>)>> {
     let ink = whole(report);
     let (low, high) = source.picture.range();
     let level = |v: f64| (255.0 * (v - low) / (high - low)).round() as u8;
-    let occluded: Vec<u8> = source.picture.as_slice().iter().map(|&v| level(v)).collect();
+    // What is under a mask that was given is not looked at, so it is not shown.
+    let shown = |n: usize| source.detected.is_some() || source.visible[n];
+    let pixels = source.picture.as_slice().iter().enumerate();
+    let occluded: Vec<u8> = pixels.map(|(n, &v)| if shown(n) { level(v) } else { 128 }).collect();
     let mask: Vec<u8> = source.visible.iter().map(|&seen| if seen { 0 } else { 255 }).collect();
     let black =
         |ink: &[bool]| -> Vec<u8> { ink.iter().map(|&i| if i { 0 } else { 255 }).collect() };

@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 use patterns::{
     Error, Inputs as _, NoInputs,
     disocclusion::{
-        Occluder,
+        Occluder, at_mean,
         degrade::{HARMS, Harm, harm},
         detect, normalize, simulate,
     },
@@ -53,6 +53,8 @@ pub struct Source {
     pub visible: Vec<bool>,
     /// Ink of the whole picture.
     pub truth: Option<Vec<bool>>,
+    /// Grey levels of the whole picture, if they were read.
+    pub truth_levels: Option<Field>,
     /// How the mask was found, if it was not given.
     pub detected: Option<Vec<(Occluder, usize)>>,
     /// The picture is worked on at 1 / `factor` of its size.
@@ -64,6 +66,16 @@ pub struct Source {
 }
 
 impl Source {
+    /// Splits the truth at the mean of its grey levels, as the picture was.
+    pub(super) fn split_truth_at_mean(&mut self) {
+        let Some(levels) = &self.truth_levels else { return };
+        let all = vec![true; levels.as_slice().len()];
+        let split = normalize(levels, &all).ok().and_then(|normal| at_mean(levels, &normal));
+        if let Some(split) = split {
+            self.truth = Some(split.ink);
+        }
+    }
+
     /// Rows and columns.
     pub fn shape(&self) -> [usize; 2] {
         plane(&self.picture)
@@ -90,13 +102,16 @@ pub(super) fn find(request: &Request, path: &str) -> PathBuf {
 /// Reads or makes the picture, and finds out what is hidden.
 pub(super) fn load(config: &Config, request: &Request, inputs: &FileInputs) -> Result<Source> {
     let located = |error| request.locate(error);
+    let mut levels = None;
     let (picture, given, truth) = match (&config.picture, &config.example) {
         (Some(path), None) => {
             let picture = inputs.field("picture", path).map_err(located)?;
             check_size(&picture).map_err(located)?;
             let given = mask(config, &picture, inputs).map_err(located)?;
             let truth = config.truth.as_ref().map(|path| truth(path, &picture, inputs));
-            (picture, given, truth.transpose().map_err(located)?)
+            let (truth, read) = truth.transpose().map_err(located)?.unzip();
+            levels = read;
+            (picture, given, truth)
         }
         (None, Some(example)) => make(example, config)?,
         (None, None) => bail!(located(Error::config("picture", "missing"))),
@@ -115,7 +130,8 @@ pub(super) fn load(config: &Config, request: &Request, inputs: &FileInputs) -> R
     let [ny, nx] = plane(&picture);
     let factor = ny.max(nx).div_ceil(LARGEST);
     let (work, work_visible) = shrink(&picture, &visible, factor)?;
-    Ok(Source { picture, visible, truth, detected, factor, work, work_visible })
+    let truth_levels = levels;
+    Ok(Source { picture, visible, truth, truth_levels, detected, factor, work, work_visible })
 }
 
 fn check_size(picture: &Field) -> Result<(), Error> {
@@ -181,8 +197,8 @@ fn mask(config: &Config, picture: &Field, inputs: &FileInputs) -> Result<Option<
     Ok(None)
 }
 
-/// Ink of the whole picture.
-fn truth(path: &str, picture: &Field, inputs: &FileInputs) -> Result<Vec<bool>, Error> {
+/// Ink and grey levels of the whole picture.
+fn truth(path: &str, picture: &Field, inputs: &FileInputs) -> Result<(Vec<bool>, Field), Error> {
     let whole = inputs.field("truth", path)?;
     same_size("truth", &whole, picture)?;
     let all = vec![true; whole.as_slice().len()];
@@ -190,7 +206,7 @@ fn truth(path: &str, picture: &Field, inputs: &FileInputs) -> Result<Vec<bool>, 
         Error::Config { reason, .. } => Error::config("truth", reason),
         other => other,
     })?;
-    Ok(normal.ink)
+    Ok((normal.ink, whole))
 }
 
 fn same_size(key: &str, field: &Field, picture: &Field) -> Result<(), Error> {

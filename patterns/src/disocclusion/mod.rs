@@ -26,14 +26,14 @@ pub use class::{Class, Range, Values};
 pub use classify::{Classifier, Ranked, Sample};
 pub use database::{BUILT_IN, Database};
 pub use detect::{Detection, Occluder, detect};
-pub use normalize::{Normal, grey_levels, normalize};
+pub use normalize::{Normal, at_mean, grey_levels, normalize};
 pub use pixels::{Agreement, agree};
 pub use place::Placement;
 pub use quality::Quality;
 pub use refine::{Generation, Refined, Refiner, Tried};
 
 use crate::{Error, Inputs, Result};
-use solvers::texture::Descriptor;
+use solvers::{Field, texture::Descriptor};
 
 /// Least correlation at which a class without chance is taken: pictures of other classes and
 /// of no class stay below.
@@ -109,6 +109,28 @@ impl Identifier {
     /// The classes.
     pub fn database(&self) -> &Database {
         &self.database
+    }
+
+    /// Splits a picture into ink and paper, at the mean of its grey levels if a class is nearer
+    /// then, and compares it with every class.
+    ///
+    /// # Errors
+    /// As [`normalize()`] and [`Identifier::identify`].
+    pub fn identify_picture(
+        &self,
+        picture: &Field,
+        visible: &[bool],
+        inputs: &(dyn Inputs + Sync),
+    ) -> Result<(Normal, Answer)> {
+        let normal = normalize(picture, visible)?;
+        let answer = self.identify(&normal, inputs)?;
+        let Some(other) = at_mean(picture, &normal) else { return Ok((normal, answer)) };
+        let second = self.identify(&other, inputs)?;
+        let distance = |a: &Answer| a.ranking.first().map_or(f64::INFINITY, |m| m.distance);
+        match distance(&second) < distance(&answer) {
+            true => Ok((other, second)),
+            false => Ok((normal, answer)),
+        }
     }
 
     /// Compares the visible part of a picture with every class; runs the classes without

@@ -63,13 +63,33 @@ pub fn normalize(picture: &Field, visible: &[bool]) -> Result<Normal> {
         return Err(Error::config("picture", "its visible part has one value only"));
     }
     let (ink, threshold, _) = split(picture, visible);
-    let mut normal =
-        Normal { shape: [ny, nx], ink, visible: visible.to_vec(), threshold, despeckled: false };
+    Ok(calm(Normal {
+        shape: [ny, nx],
+        ink,
+        visible: visible.to_vec(),
+        threshold,
+        despeckled: false,
+    }))
+}
+
+/// Takes speckle off, where there is much.
+fn calm(mut normal: Normal) -> Normal {
     if speckle(&normal) > SPECKLED {
         normal.ink = majority(&normal);
         normal.despeckled = true;
     }
-    Ok(normal)
+    normal
+}
+
+/// The same picture split at the mean of its grey levels, where it has such: the level at which
+/// most models draw their ink. Otsu's threshold is another one where peaks are narrow.
+pub fn at_mean(picture: &Field, normal: &Normal) -> Option<Normal> {
+    let levels = grey_levels(picture, normal)?;
+    let seen = || levels.as_slice().iter().zip(&normal.visible).filter(|(_, seen)| **seen);
+    let threshold = seen().map(|(v, _)| v).sum::<f64>() / seen().count() as f64;
+    let pixels = levels.as_slice().iter().zip(&normal.visible);
+    let ink = pixels.map(|(&v, &seen)| seen && v < threshold).collect();
+    Some(calm(Normal { ink, threshold, ..normal.clone() }))
 }
 
 /// Share of visible pixels in the middle half of the range above which a picture has more grey

@@ -1,8 +1,8 @@
 use super::degrade::{HARMS, Harm, harm};
 use super::*;
 use crate::NoInputs;
+use solvers::Grid;
 use solvers::random::{stream, uniform};
-use solvers::{Field, Grid};
 use toml::Value;
 
 const GOOD: &str = "name = 'mine'\nabout = 'spots'\nmodel = 'rd'\nseeds = 'free'\n\
