@@ -52,8 +52,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                     write(&path(&format!("confidence_{kind}")), filled.confidence)?;
                     let start = Instant::now();
                     if std::env::var("NOPATCH").is_err() {
-                    let patch = fill(&normal, None, &[], &settings, &NoInputs)?;
-                    write(&path(&format!("patch_{kind}")), numbers(patch.picture()))?;
+                        let patch = fill(&normal, None, &[], &settings, &NoInputs)?;
+                        write(&path(&format!("patch_{kind}")), numbers(patch.picture()))?;
                     }
                     let seconds = start.elapsed().as_secs_f64();
                     println!(
