@@ -34,11 +34,14 @@ const MAGIC: &[u8; 8] = b"PATCAL1\n";
 /// Statistics are kept as multiples of this, shares of a range as multiples of its square.
 const UNIT: f64 = 5e-4;
 
+/// A point of a class's ranges and the statistics of a picture from there.
+type Known = (Vec<f64>, Vec<f64>);
+
 /// The samples of classes by name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Calibration {
     /// Name of each class and its samples: the point and the statistics.
-    pub classes: Vec<(String, Vec<(Vec<f64>, Vec<f64>)>)>,
+    pub classes: Vec<(String, Vec<Known>)>,
 }
 
 /// The calibration that the program carries.

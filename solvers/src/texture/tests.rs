@@ -142,11 +142,11 @@ fn depth_is_the_distance_to_the_nearest_pixel_outside() {
     let (ny, nx) = (17, 23);
     let inside: Vec<bool> = (0..ny * nx).map(|_| uniform(&mut random) < 0.9).collect();
     let found = depth([ny, nx], &inside);
-    for n in 0..ny * nx {
+    for (n, found) in found.iter().enumerate() {
         let nearest = (0..ny * nx)
             .filter(|&m| !inside[m])
             .map(|m| ((n / nx) as f64 - (m / nx) as f64).hypot((n % nx) as f64 - (m % nx) as f64));
-        assert_eq!(found[n], nearest.fold(f64::INFINITY, f64::min), "pixel {n}");
+        assert_eq!(*found, nearest.fold(f64::INFINITY, f64::min), "pixel {n}");
     }
     assert!(depth([2, 3], &[true; 6]).iter().all(|d| *d == f64::INFINITY));
 }

@@ -133,9 +133,9 @@ mod tests {
         let numbers: Vec<f64> = (0..60 * 70).map(f64::from).collect();
         let field = Field::from_vec(solvers::Grid::new(&[60, 70], 1.0).unwrap(), numbers).unwrap();
         let back = frame.outward(&frame.grey(&field));
-        for n in 0..60 * 70 {
+        for (n, back) in back.iter().enumerate() {
             let inside = (12..44).contains(&(n / 70)) && (18..52).contains(&(n % 70));
-            assert_eq!(back[n], if inside { n as f64 } else { 0.0 });
+            assert_eq!(*back, if inside { n as f64 } else { 0.0 });
         }
     }
 

@@ -74,7 +74,7 @@ impl Reference {
             let (sum, count) = own.fold((0.0, 0.0), |(s, n), (c, _)| (s + c, n + 1.0));
             if count > 0.0 { sum / count } else { f64::NAN }
         });
-        if means.iter().any(|mean| mean.is_nan()) || !(deviation > 0.0) {
+        if means.iter().any(|mean| mean.is_nan()) || deviation.is_nan() || deviation <= 0.0 {
             let reason = format!("`{}` makes no pattern at these parameters", class.name);
             return Err(Error::config("parameters", reason));
         }
