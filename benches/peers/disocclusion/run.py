@@ -35,7 +35,7 @@ def inpaint(cv2, np, picture, hidden, method):
 def biharmonic(cv2, np, picture, hidden):
     from skimage.restoration import inpaint_biharmonic
 
-    return inpaint_biharmonic(np.where(hidden, 0.0, picture), hidden)
+    return inpaint_biharmonic(np.where(hidden, 0.0, picture), hidden, split_into_regions=True)
 
 
 def patch_copy(cv2, np, picture, hidden, p=11):
