@@ -2,7 +2,11 @@
 //! `benches/peers/disocclusion/run.py`, which measures them and other programs' fillings.
 //!
 //! cargo run --release --example filling -- FOLDER [SEEDS]
-#![allow(clippy::print_stdout, reason = "progress for people")]
+#![allow(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "a study reads the clock and prints its progress"
+)]
 
 use patterns::disocclusion::fill::{Fill, fill};
 use patterns::disocclusion::{Class, Database, normalize};
@@ -31,9 +35,9 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let path = |part: &str| format!("{folder}/{name}-{hole}-{seed}-{part}.npy");
                 let numbers =
                     |flags: &[bool]| flags.iter().map(|&f| f64::from(u8::from(f))).collect();
-                write(&path("ink"), numbers(&ink))?;
-                write(&path("visible"), numbers(&visible))?;
-                write(&path("grey"), b.clone())?;
+                write(path("ink"), numbers(&ink))?;
+                write(path("visible"), numbers(&visible))?;
+                write(path("grey"), b.clone())?;
                 for kind in ["grey", "binary"] {
                     let start = Instant::now();
                     let values = match kind {
@@ -47,13 +51,13 @@ fn main() -> Result<(), Box<dyn Error>> {
                     let filled = fill(&normal, Some(class), &point, &settings, &NoInputs)?;
                     let own = start.elapsed().as_secs_f64();
                     for (n, sample) in filled.samples.iter().enumerate() {
-                        write(&path(&format!("ours_{kind}_{n}")), numbers(sample))?;
+                        write(path(&format!("ours_{kind}_{n}")), numbers(sample))?;
                     }
-                    write(&path(&format!("confidence_{kind}")), filled.confidence)?;
+                    write(path(&format!("confidence_{kind}")), filled.confidence)?;
                     let start = Instant::now();
                     if std::env::var("NOPATCH").is_err() {
                         let patch = fill(&normal, None, &[], &settings, &NoInputs)?;
-                        write(&path(&format!("patch_{kind}")), numbers(patch.picture()))?;
+                        write(path(&format!("patch_{kind}")), numbers(patch.picture()))?;
                     }
                     let seconds = start.elapsed().as_secs_f64();
                     println!(
