@@ -16,7 +16,7 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[2]
 DEPTHS = [0, 2, 4, 8, 16, 32]
-TIMES_OF_DEPTH = "0-2 2-4 4-8 8-16 16-32".split()
+RINGS = [f"{a}-{b}" for a, b in zip(DEPTHS, DEPTHS[1:])]
 
 
 def telea(cv2, np, picture, hidden):
@@ -35,7 +35,7 @@ def inpaint(cv2, np, picture, hidden, method):
 def biharmonic(cv2, np, picture, hidden):
     from skimage.restoration import inpaint_biharmonic
 
-    return inpaint_biharmonic(np.where(hidden, 0.0, picture), hidden)
+    return inpaint_biharmonic(np.where(hidden, 0.0, picture), hidden, split_into_regions=True)
 
 
 def patch_copy(cv2, np, picture, hidden, p=11):
@@ -48,7 +48,7 @@ def patch_copy(cv2, np, picture, hidden, p=11):
     mask = np.pad(known, h)
     whole = sliding_window_view(np.pad(known, h), (p, p)).all(axis=(2, 3))
     sources = sliding_window_view(padded, (p, p))[whole].reshape(-1, p * p).astype(np.float32)
-    middles = picture[whole]
+    squares, middles = sources**2, picture[whole]
     x = np.arange(p) - h
     gauss = np.exp(-(x[:, None] ** 2 + x[None] ** 2) / (2 * (p / 6.4) ** 2)).ravel().astype(np.float32)
     while not mask[h:-h, h:-h].all():
@@ -58,7 +58,7 @@ def patch_copy(cv2, np, picture, hidden, p=11):
         for j, i in open_[order]:
             weight = mask[j : j + p, i : i + p].ravel() * gauss
             target = padded[j : j + p, i : i + p].ravel().astype(np.float32)
-            cost = (sources**2) @ weight - 2 * sources @ (weight * target)
+            cost = squares @ weight - 2 * sources @ (weight * target)
             padded[j + h, i + h] = middles[np.argmin(cost)]
             mask[j + h, i + h] = True
     return padded[h:-h, h:-h]
@@ -121,7 +121,7 @@ def measure(folder):
             )
     for (pattern, hole), rows in table.items():
         print(f"\n{pattern}, {hole} hole(s), mean of {len(rows['truth'])} seeds")
-        depths = "".join(f"{text:>7}" for text in TIMES_OF_DEPTH)
+        depths = "".join(f"{text:>7}" for text in RINGS)
         print(f"{'':32}{'IoU':>6}{'acc':>6}{'SSIM':>6} | depth:{depths} | {'parts':>6}{'area':>6}")
         for name, values in rows.items():
             iou, accuracy, ssim, *by_depth, count, area = np.mean(values, axis=0)

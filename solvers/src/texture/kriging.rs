@@ -177,7 +177,9 @@ impl Spectrum {
         let modes = padded[0] * padded[1];
         let wave = |m: usize, n: usize| std::f64::consts::TAU * m as f64 / n as f64;
         let total: f64 = (0..modes)
-            .map(|n| plain.at([0.0, wave(n / padded[1], padded[0]), wave(n % padded[1], padded[1])]))
+            .map(|n| {
+                plain.at([0.0, wave(n / padded[1], padded[0]), wave(n % padded[1], padded[1])])
+            })
             .sum();
         let scale = variance * modes as f64 / total.max(f64::MIN_POSITIVE);
         table.iter_mut().for_each(|s| *s *= scale);

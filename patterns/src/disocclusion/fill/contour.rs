@@ -45,8 +45,7 @@ pub fn contour(normal: &Normal, picture: &[bool], level: &[f64]) -> Result<Field
     let [ny, nx] = normal.shape;
     let grid = Grid::new(&[ny, nx], 1.0)?;
     let colours: Vec<f64> = picture.iter().map(|&ink| if ink { -1.0 } else { 1.0 }).collect();
-    let mut target =
-        normalized_convolution(normal.shape, &colours, &vec![1.0; ny * nx], SMOOTH).0;
+    let mut target = normalized_convolution(normal.shape, &colours, &vec![1.0; ny * nx], SMOOTH).0;
     let scale = deviation(level.iter().zip(&normal.visible).filter(|(_, s)| !**s).map(|v| *v.0));
     for n in (0..ny * nx).filter(|&n| !normal.visible[n] && scale > 0.0) {
         target[n] = level[n] / scale;
@@ -63,8 +62,7 @@ pub fn contour(normal: &Normal, picture: &[bool], level: &[f64]) -> Result<Field
     let width = WIDTH * deviation(target.iter().copied());
     let mut redistance = Redistance::new(grid, RedistanceOptions { boundary, band: Some(CLIP) })?;
     redistance.apply(&mut phi)?;
-    let scheme =
-        Scheme { order: Order::First, boundary, clip: Some(CLIP), ..Scheme::default() };
+    let scheme = Scheme { order: Order::First, boundary, clip: Some(CLIP), ..Scheme::default() };
     let mut front = LevelSet::new(phi, scheme)?;
     let mut speed = Towards { target: &target, width };
     let (steps, dt, every) = STEPS;

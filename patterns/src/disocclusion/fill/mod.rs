@@ -169,9 +169,8 @@ fn finish(normal: &Normal, depth: &[f64], made: Made) -> Result<Filled> {
             (PRIOR * expected + agree) / (PRIOR + others)
         })
         .collect();
-    let ink = (0..pixels)
-        .map(|n| if picture[n] { confidence[n] } else { 1.0 - confidence[n] })
-        .collect();
+    let ink =
+        (0..pixels).map(|n| if picture[n] { confidence[n] } else { 1.0 - confidence[n] }).collect();
     let contour = contour(normal, picture, &made.levels[0])?;
     Ok(Filled { shape: normal.shape, ink, confidence, samples, method: made.method, contour })
 }

@@ -31,7 +31,12 @@ pub(super) struct Reference {
 
 impl Reference {
     /// Runs `class` at `point` to its end.
-    pub(super) fn new(class: &Class, point: &[f64], seed: u64, inputs: &dyn Inputs) -> Result<Self> {
+    pub(super) fn new(
+        class: &Class,
+        point: &[f64],
+        seed: u64,
+        inputs: &dyn Inputs,
+    ) -> Result<Self> {
         let context = Context { seed, inputs, memory: 1 << 30 };
         let mut run = (class.model.start)(&class.configure(point)?, &context)?;
         while run.step()? == Status::Running {}

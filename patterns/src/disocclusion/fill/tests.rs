@@ -55,8 +55,7 @@ fn spots_in_small_holes_come_back_and_their_polarity_does_not_matter() {
     }
     let inverse = Ink { ink: pattern.ink.iter().map(|ink| !ink).collect(), ..pattern };
     let settings = Fill { inverted: true, ..Fill::default() };
-    let other =
-        fill(&normal(&inverse, &visible), Some(&class), &[], &settings, &NoInputs).unwrap();
+    let other = fill(&normal(&inverse, &visible), Some(&class), &[], &settings, &NoInputs).unwrap();
     assert!(other.picture().iter().zip(filled.picture()).all(|(a, b)| a != b));
 }
 
@@ -111,10 +110,7 @@ fn a_magnified_pattern_is_filled_at_its_own_scale() {
 
 #[test]
 fn grey_levels_tell_more_than_colours() {
-    let class = class(
-        "labyrinth",
-        "preset = 'labyrinth'\nboundary = 'periodic'",
-    );
+    let class = class("labyrinth", "preset = 'labyrinth'\nboundary = 'periodic'");
     let context = crate::Context { seed: 2, inputs: &NoInputs, memory: 1 << 30 };
     let mut run = (class.model.start)(&class.config, &context).unwrap();
     while run.step().unwrap() == crate::Status::Running {}

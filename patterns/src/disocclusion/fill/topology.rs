@@ -51,7 +51,8 @@ pub(super) fn run(
     let count = settings.samples.unwrap_or(NEIGHBOURS.0) as u64;
     let others = (1..count).into_par_iter().map(|index| {
         let mut random = stream(settings.seed, "neighbours", index);
-        let shift = |s: &f64| (s + NEIGHBOURS.1 * (2.0 * uniform(&mut random) - 1.0)).clamp(0.0, 1.0);
+        let shift =
+            |s: &f64| (s + NEIGHBOURS.1 * (2.0 * uniform(&mut random) - 1.0)).clamp(0.0, 1.0);
         let near: Vec<f64> = point.iter().map(shift).collect();
         let ink = simulate(class, &near, settings.seed, inputs)?;
         Ok(level(normal.shape, &view.picture(&ink, settings.inverted)))
@@ -91,7 +92,8 @@ impl View {
         let (wide, high) = (picture[1] as f64, picture[0] as f64);
         let aspect = elements[1] as f64 / elements[0] as f64;
         // A picture on its side is a quarter turn of the class's frame.
-        let width = if ratio(wide / high, aspect) <= ratio(high / wide, aspect) { wide } else { high };
+        let width =
+            if ratio(wide / high, aspect) <= ratio(high / wide, aspect) { wide } else { high };
         let scale = elements[1] as f64 / width;
         let (sin, cos) = (libm::sin(angle) * scale, libm::cos(angle) * scale);
         Self { picture, elements, sin, cos }
