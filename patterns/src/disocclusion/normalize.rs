@@ -59,7 +59,7 @@ pub fn normalize(picture: &Field, visible: &[bool]) -> Result<Normal> {
     }
     let seen = || picture.as_slice().iter().zip(visible).filter(|(_, seen)| **seen);
     let (low, high) = seen().fold((f64::MAX, f64::MIN), |(a, b), (&v, _)| (a.min(v), b.max(v)));
-    if !(high > low) {
+    if high <= low {
         return Err(Error::config("picture", "its visible part has one value only"));
     }
     let (ink, threshold, _) = split(picture, visible);

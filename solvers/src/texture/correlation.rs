@@ -68,7 +68,7 @@ impl Correlation {
         };
         let (sum, count) = at(0, 0);
         let variance = sum / count.max(1.0);
-        if !(variance > 1e-9) {
+        if variance.is_nan() || variance <= 1e-9 {
             return None;
         }
         let r = reach as isize;

@@ -102,7 +102,7 @@ impl LevelSets {
         let u = &self.values;
         let around = [n.checked_sub(nx + 1)?, n - nx, n - nx + 1, n - 1, n + 1, n + nx - 1, n + nx];
         let last = n + nx + 1;
-        let inside = n % nx > 0 && n % nx + 1 < nx && last < u.len();
+        let inside = !n.is_multiple_of(nx) && n % nx + 1 < nx && last < u.len();
         if !inside || !around.iter().all(|&m| self.seen[m]) || !self.seen[last] {
             return None;
         }
