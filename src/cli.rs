@@ -6,10 +6,12 @@ mod convert;
 mod curvature;
 mod curvature_atlas;
 mod curvature_infer;
+mod database;
 mod figure;
 mod level_set;
 mod list;
 mod rd;
+mod reconstruct;
 mod render;
 mod run;
 mod run_args;
@@ -43,11 +45,13 @@ enum Command {
     LevelSet(Box<level_set::Args>),
     Topopt(Box<topopt::Args>),
     Curvature(Box<curvature::Args>),
+    Reconstruct(Box<reconstruct::Args>),
     Run(Box<run::Args>),
     List(list::Args),
     Figure(figure::Args),
     Render(Box<render::Args>),
     Convert(convert::Args),
+    Database(database::Args),
     Bench(bench::Args),
     /// Print a completion script for a shell.
     #[command(
@@ -93,11 +97,13 @@ fn dispatch(command: Command) -> Result<ExitCode> {
         Command::LevelSet(args) => level_set::main(&args),
         Command::Topopt(args) => topopt::main(&args),
         Command::Curvature(args) => curvature::main(&args),
+        Command::Reconstruct(args) => reconstruct::main(&args),
         Command::Run(args) => run::main(&args),
         Command::List(args) => list::main(&args),
         Command::Figure(args) => figure::main(&args),
         Command::Render(args) => render::main(&args),
         Command::Convert(args) => convert::main(&args),
+        Command::Database(args) => database::main(&args),
         Command::Bench(args) => bench::main(&args),
         Command::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "patterns", &mut io::stdout());

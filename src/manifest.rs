@@ -41,6 +41,9 @@ pub struct Manifest {
     pub metrics: BTreeMap<String, f64>,
     /// Files of the output folder, in order of name.
     pub files: Vec<String>,
+    /// What a reconstruction found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub answer: Option<serde_json::Value>,
 }
 
 impl Manifest {

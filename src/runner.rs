@@ -125,6 +125,7 @@ pub fn run(request: &Request, options: &Options) -> Result<Outcome> {
         iterations: 0,
         metrics: std::collections::BTreeMap::new(),
         files: folder.files(),
+        answer: None,
     };
     let Options { frames, film, .. } = *options;
     let recorder = Recorder::new(run.expected_iterations(), frames);
@@ -320,7 +321,7 @@ fn progress_bar(run: &dyn Run, quiet: bool) -> ProgressBar {
 }
 
 /// Replaces the path that a configuration names by the copy in the output folder.
-fn rename_input(config: &mut toml::Table, from: &str, to: &str) {
+pub(crate) fn rename_input(config: &mut toml::Table, from: &str, to: &str) {
     config.iter_mut().for_each(|(_, value)| rename_in(value, from, to));
 }
 

@@ -336,6 +336,80 @@ fn bad_textures() {
     lab.refuses(&["render", "cut.npy", "--out", "cut-shape.png"], &["cut.npy"]);
 }
 
+#[test]
+fn bad_classes() {
+    let lab = Lab::new();
+    let good = "name = \"mine\"\nabout = \"spots\"\nmodel = \"rd\"\nseeds = \"free\"\n\
+                [config]\npreset = \"spots\"\nsize = [32, 32]\n\
+                [range]\n\"parameters.xi\" = { low = 11.8, high = 12.2 }\n";
+    lab.write("good.toml", good.as_bytes());
+    let checked = lab.patterns(&["database", "check", "good.toml"]);
+    assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
+    for (from, to, words) in [
+        ("12.2", "17.0", ["range.\"parameters.xi\"", "17", "[0, 16]"]),
+        ("12.2", "11.0", ["range.\"parameters.xi\".high", "11", "(low = 11.8, inf)"]),
+        ("preset", "presets", ["config.presets", "known", "preset"]),
+        ("\"rd\"", "\"dr\"", ["model", "dr", "topopt"]),
+        ("parameters.xi", "parameters.zeta", ["range.\"parameters.zeta\"", "zeta", "xi"]),
+    ] {
+        lab.write("bad.toml", good.replace(from, to).as_bytes());
+        for action in ["check", "add"] {
+            lab.refuses(&["database", action, "bad.toml"], &words);
+            lab.refuses(&["database", action, "bad.toml"], &["bad.toml"]);
+        }
+    }
+    lab.write("taken.toml", good.replace("mine", "turing-spots").as_bytes());
+    lab.refuses(&["database", "add", "taken.toml"], &["taken.toml", "turing-spots", "already"]);
+    lab.refuses(&["database", "show", "spots"], &["spots", "turing-spots"]);
+    lab.refuses(&["database", "list", "--database", "nowhere"], &["--database nowhere"]);
+    // A class whose seed is free is of no use without its calibration.
+    fs::create_dir(lab.path("classes")).unwrap();
+    lab.write("classes/good.toml", good.as_bytes());
+    lab.refuses(&["database", "list", "--database", "classes"], &["classes/good.bin"]);
+    lab.write("classes/good.bin", b"nonsense");
+    lab.refuses(&["database", "list", "--database", "classes"], &["good.bin", "calibration"]);
+}
+
+#[test]
+fn pictures_that_cannot_be_reconstructed() {
+    let lab = Lab::new();
+    let dots = |side: u32| {
+        image::GrayImage::from_fn(side, side, |x, y| {
+            image::Luma([if (x % 12).abs_diff(6) + (y % 12).abs_diff(6) < 5 { 0 } else { 255 }])
+        })
+    };
+    dots(64).save(lab.path("dots.png")).unwrap();
+    image::GrayImage::from_pixel(64, 64, image::Luma([255])).save(lab.path("all.png")).unwrap();
+    image::GrayImage::from_pixel(64, 64, image::Luma([0])).save(lab.path("none.png")).unwrap();
+    image::GrayImage::from_pixel(1, 1, image::Luma([9])).save(lab.path("one.png")).unwrap();
+    image::GrayImage::from_pixel(64, 64, image::Luma([90])).save(lab.path("flat.png")).unwrap();
+    let with = |args: &[&'static str]| [&["reconstruct"], args].concat();
+    lab.refuses(&with(&["dots.png", "--mask", "good.png"]), &["--mask", "16 x 16", "64 x 64"]);
+    lab.refuses(&with(&["dots.png", "--mask", "all.png"]), &["--mask", "hides the whole picture"]);
+    lab.refuses(&with(&["dots.png", "--mask", "none.png"]), &["--mask", "hides nothing"]);
+    lab.refuses(&with(&["dots.png", "--mask", "missing.png"]), &["--mask", "missing.png"]);
+    lab.refuses(&with(&["dots.png", "--mask-box", "60,0,9,9"]), &["--mask-box", "64 x 64"]);
+    lab.refuses(&with(&["dots.png", "--mask-box", "1,2,3"]), &["--mask-box 1,2,3"]);
+    lab.refuses(&with(&["dots.png", "--mask-circle", "9,9,0"]), &["--mask-circle", "(0, inf)"]);
+    lab.refuses(&with(&["dots.png"]), &["nothing hidden was found", "--mask-box"]);
+    lab.refuses(&with(&["dots.png", "--truth", "good.png"]), &["--truth", "16 x 16", "64 x 64"]);
+    lab.refuses(&with(&["one.png", "--mask", "one.png"]), &["one.png", "1 x 1", "16 x 16"]);
+    lab.refuses(&with(&["flat.png"]), &["flat.png", "one value only"]);
+    lab.refuses(&with(&["solid.npy"]), &["solid.npy", "3 axes"]);
+    lab.refuses(&with(&["nan.npy"]), &["nan.npy", "NaN"]);
+    lab.refuses(&with(&["cut.png"]), &["cut.png"]);
+    lab.refuses(&with(&["noise.png"]), &["noise.png"]);
+    lab.refuses(&with(&["dots.png", "--samples", "0"]), &["--samples", "0", "[1,"]);
+    lab.refuses(&with(&["dots.png", "--budget", "0"]), &["--budget 0", "(0,"]);
+    lab.refuses(&with(&["--example", "spots"]), &["spots", "database list"]);
+    lab.refuses(&with(&["--evaluate", "nowhere"]), &["--evaluate nowhere", "labels.csv"]);
+    // A picture of 20000 x 20000 pixels in a file of a few bytes, which claims them.
+    let mut huge = b"P5 20000 20000 255\n".to_vec();
+    huge.extend([0; 64]);
+    lab.write("huge.pgm", &huge);
+    lab.refuses(&with(&["huge.pgm"]), &["huge.pgm", "20000 x 20000", "limit"]);
+}
+
 /// A mechanism is named and drawn; no output folder is made.
 #[test]
 fn a_mechanism_is_drawn() {

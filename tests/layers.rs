@@ -1,4 +1,5 @@
-//! Models may use `solvers` and `crate::{Error, Run, ...}`, never each other.
+//! Models may use `solvers` and `crate::{Error, Run, ...}`, never each other; disocclusion, which
+//! runs them, stands above.
 
 use std::{
     fs,
@@ -17,7 +18,8 @@ fn models_do_not_import_each_other() {
     let folders = fs::read_dir(&root).unwrap().map(|entry| entry.unwrap().path());
     let models: Vec<_> = folders.filter(|path| path.is_dir()).collect();
     assert!(!models.is_empty());
-    for model in &models {
+    // Disocclusion runs the others and holds what is seen in them: it alone may use them.
+    for model in models.iter().filter(|model| !model.ends_with("disocclusion")) {
         for file in sources(model) {
             let source = fs::read_to_string(&file).unwrap();
             for other in models.iter().filter(|other| *other != model) {

@@ -12,6 +12,7 @@ mod state;
 
 // 1. declare
 pub mod curvature;
+pub mod disocclusion;
 pub mod level_set;
 pub mod reaction_diffusion;
 pub mod topology;

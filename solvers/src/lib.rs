@@ -27,6 +27,7 @@ pub mod slab;
 pub mod sparse;
 pub mod spectral;
 pub mod stability;
+pub mod texture;
 pub mod transport;
 
 pub use boundary::Boundary;

@@ -24,5 +24,8 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
         }
         Some(file) => Request::from_file(file)?,
     };
+    if request.command == "reconstruct" {
+        return super::reconstruct::repeat(request, &args.run);
+    }
     args.run.execute(request)
 }

@@ -3,13 +3,16 @@
 pub(crate) mod sheet;
 
 use crate::{
-    output,
+    output, reconstruct,
     request::{Request, parse_toml},
     runner::{self, Options},
 };
 use anyhow::{Context as _, Result};
 use serde::Deserialize;
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 use toml::Table;
 
 /// The files of `examples/`, carried by the program; a test sees to it that none is missing.
@@ -26,6 +29,8 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("figure-1-1", include_str!("../../examples/figure-1-1.toml")),
     ("figure-1-5", include_str!("../../examples/figure-1-5.toml")),
     ("figure-1-6", include_str!("../../examples/figure-1-6.toml")),
+    ("figure-1-7", include_str!("../../examples/figure-1-7.toml")),
+    ("figure-1-8", include_str!("../../examples/figure-1-8.toml")),
     ("formulas", include_str!("../../examples/formulas.toml")),
     ("gray-scott", include_str!("../../examples/gray-scott.toml")),
     ("growth", include_str!("../../examples/growth.toml")),
@@ -81,9 +86,22 @@ pub struct Panel {
     pub seed: u64,
     /// The file of the run's output that is the picture; absent: that of the figure.
     pub picture: Option<String>,
+    /// Further panels that show other pictures of the same run.
+    #[serde(default)]
+    pub more: Vec<More>,
     /// Configuration of the model.
     #[serde(default)]
     pub config: Table,
+}
+
+/// Another picture of a [`Panel`]'s run.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct More {
+    /// Text under the panel.
+    pub title: String,
+    /// The file of the run's output that is the picture.
+    pub picture: String,
 }
 
 /// A figure, ready to be made.
@@ -111,6 +129,7 @@ pub fn all() -> Result<Vec<Figure>> {
                 command: file.command,
                 seed: file.seed,
                 picture: None,
+                more: Vec::new(),
                 config: file.config,
             });
         }
@@ -133,15 +152,18 @@ pub fn make(figure: &Figure, folder: &Path, quick: bool) -> Result<PathBuf> {
             request.config.extend(figure.caption.quick.clone());
         }
         let out = folder.join("runs").join(format!("{id}-{}", n + 1));
-        let options =
-            Options { out: Some(out.clone()), force: true, frames: 0, ..Options::default() };
-        runner::run(&request, &options).with_context(|| format!("figure {id}"))?;
+        start(&request, &out).with_context(|| format!("figure {id}"))?;
+        let read = |name: &String| {
+            std::fs::read(out.join(name))
+                .with_context(|| format!("figure {id}: the run made no `{name}`"))
+        };
         let first = panel.picture.as_ref().unwrap_or(&figure.caption.picture);
         let names = std::iter::once(first).chain(&figure.caption.also);
         for (row, name) in rows.iter_mut().zip(names) {
-            let picture = std::fs::read(out.join(name))
-                .with_context(|| format!("figure {id}: the run made no `{name}`"))?;
-            row.push((panel.title.clone(), picture));
+            row.push((panel.title.clone(), read(name)?));
+        }
+        for more in &panel.more {
+            rows[0].push((more.title.clone(), read(&more.picture)?));
         }
     }
     let bytes = match rows.as_slice() {
@@ -157,9 +179,28 @@ pub fn make(figure: &Figure, folder: &Path, quick: bool) -> Result<PathBuf> {
 fn interleave(rows: &[Vec<(String, Vec<u8>)>], columns: usize) -> Vec<Vec<(String, Vec<u8>)>> {
     let runs = rows.first().map_or(0, Vec::len);
     let columns = columns.clamp(1, runs.max(1));
-    let stretch =
-        |first: usize| rows.iter().map(move |row| row[first..runs.min(first + columns)].to_vec());
+    let stretch = |first: usize| {
+        rows.iter().map(move |row| {
+            let end = row.len();
+            row[first.min(end)..(first + columns).min(end)].to_vec()
+        })
+    };
     (0..runs).step_by(columns).flat_map(stretch).collect()
+}
+
+/// Runs a panel in its own folder.
+fn start(request: &Request, out: &Path) -> Result<()> {
+    let out = Some(out.to_path_buf());
+    if request.command == "reconstruct" {
+        // As many generations as the file tells, however long they take.
+        let budget = Duration::MAX;
+        let options = reconstruct::Options { out, force: true, quiet: true, budget };
+        reconstruct::run(request, &options)?;
+    } else {
+        let options = Options { out, force: true, frames: 0, ..Options::default() };
+        runner::run(request, &options)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

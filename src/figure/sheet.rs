@@ -15,7 +15,7 @@ const TEXT: f64 = 20.0;
 const CAPTION: usize = 34;
 
 /// Puts rows of PNG pictures, each with its caption below, on one PNG; all of them `width` pixels
-/// wide, or as they are.
+/// wide, or as they are, small ones magnified by whole times.
 ///
 /// # Errors
 /// If a picture is no PNG, or the font fails.
@@ -26,11 +26,15 @@ pub(crate) fn encode(rows: &[Vec<(String, Vec<u8>)>], width: Option<u32>) -> Res
     };
     let rows: Result<Vec<Vec<_>>> =
         rows.iter().map(|row| row.iter().map(decode).collect()).collect();
-    let rows = rows?;
-    let panels = || rows.iter().flatten();
+    let mut rows = rows?;
+    let all = || rows.iter().flatten();
     let columns = rows.iter().map(Vec::len).max().unwrap_or(1);
-    let width = panels().map(|(_, p)| p.width() as usize).max().unwrap_or(1);
-    let caption = if panels().any(|(title, _)| !title.is_empty()) { CAPTION } else { 0 };
+    let width = all().map(|(_, p)| p.width() as usize).max().unwrap_or(1);
+    let height = all().map(|(_, p)| p.height() as usize).max().unwrap_or(1);
+    let caption = if all().any(|(title, _)| !title.is_empty()) { CAPTION } else { 0 };
+    for (_, picture) in rows.iter_mut().flatten() {
+        *picture = magnified(std::mem::take(picture), width, height);
+    }
     // Every row is as high as its highest panel.
     let tallest = |row: &Vec<(String, RgbImage)>| {
         row.iter().map(|(_, p)| p.height() as usize).max().unwrap_or(1)
@@ -64,4 +68,16 @@ fn scaled(picture: RgbImage, width: Option<u32>) -> RgbImage {
     let Some(width) = width.filter(|&w| w != picture.width()) else { return picture };
     let height = f64::from(picture.height()) * f64::from(width) / f64::from(picture.width());
     resize(&picture, width, (height.round() as u32).max(1), FilterType::CatmullRom)
+}
+
+/// A picture by whole times as large as fits into a panel.
+fn magnified(picture: RgbImage, width: usize, height: usize) -> RgbImage {
+    let (w, h) = picture.dimensions();
+    let times = (width as u32 / w).min(height as u32 / h);
+    match times {
+        0 | 1 => picture,
+        _ => {
+            RgbImage::from_fn(w * times, h * times, |x, y| *picture.get_pixel(x / times, y / times))
+        }
+    }
 }

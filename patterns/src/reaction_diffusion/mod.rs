@@ -16,6 +16,7 @@ mod front;
 mod general;
 mod grown;
 pub mod growth;
+pub(crate) mod held;
 pub mod kinetics;
 mod measure;
 mod perturb;

@@ -169,6 +169,16 @@ impl Cmaes {
         self.best.as_ref().map(|(point, value)| (point.as_slice(), *value))
     }
 
+    /// The middle of the search.
+    pub fn mean(&self) -> &[f64] {
+        self.mean.as_slice()
+    }
+
+    /// Standard deviation of the next generation along each coordinate: sigma sqrt(C_ii).
+    pub fn deviations(&self) -> Vec<f64> {
+        self.c.diagonal().iter().map(|v| self.sigma * v.sqrt()).collect()
+    }
+
     /// The present width of the search.
     pub fn sigma(&self) -> f64 {
         self.sigma
