@@ -2,7 +2,7 @@
 """Fillings of Turing patterns with holes: OpenCV, scikit-image, patch copy and ours in one run.
 
 Makes a virtual environment (--venv DIR, default a temporary folder) with the pinned packages,
-runs `cargo run --release --example filling`, which writes pictures, masks and our fillings,
+runs `cargo bench --bench filling`, which writes pictures, masks and our fillings,
 fills the same pictures with the peers and prints one table: ink IoU, accuracy and SSIM in the
 holes, accuracy by depth, components (of at least 4 pixels) and their mean area.
 """
@@ -147,7 +147,7 @@ def main():
             pip = [venv / "bin" / "pip", "install", "-q", "-r", HERE / "requirements.txt"]
             subprocess.run(pip, check=True)
         folder = pathlib.Path(args.folder or temporary) / "filling"
-        ours = ["cargo", "run", "--release", "-q", "--example", "filling", "--", folder, args.seeds]
+        ours = ["cargo", "bench", "-q", "--bench", "filling", "--", folder, args.seeds]
         subprocess.run(ours, check=True, cwd=ROOT)
         subprocess.run([venv / "bin" / "python", __file__, "--measure", folder], check=True)
 

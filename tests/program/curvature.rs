@@ -1,6 +1,5 @@
 //! The curvature energy and its flows against arrays of the published program
 //! (`tests/data/curvature/README.md`).
-#![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 use lab::output::npy;
 use patterns::curvature::energy::{Edges, Energy, EnergyConfig, Orientation, Scalar, Spatial};

@@ -1,8 +1,4 @@
 //! Diffusion operators: symmetry, conservation, order, exact moments.
-#![expect(
-    clippy::print_stdout,
-    reason = "measured figures are printed for the reader of a test run"
-)]
 
 use proptest::prelude::*;
 use solvers::diffusion::{Diffusivity, FaceMean, Operator, Tensor};

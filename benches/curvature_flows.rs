@@ -1,7 +1,7 @@
 //! The fast flow beside the published one: energies, evaluations, seconds, and whether both
 //! grow the same texture, over several seeds.
 //!
-//! `cargo run --release --example curvature_flows -- [SIZE] [SEEDS] [PRESETS,..]`; at the published
+//! `cargo bench --bench curvature_flows -- [SIZE] [SEEDS] [PRESETS,..]`; at the published
 //! size of 100 a seed takes some minutes.
 #![allow(
     clippy::print_stdout,
@@ -42,7 +42,7 @@ struct End {
 }
 
 fn main() -> Result<()> {
-    let argument = |n: usize| std::env::args().nth(n);
+    let argument = |n: usize| std::env::args().filter(|text| text != "--bench").nth(n);
     let number = |n: usize, default: usize| {
         argument(n).and_then(|text| text.parse().ok()).unwrap_or(default)
     };

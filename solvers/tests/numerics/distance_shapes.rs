@@ -1,5 +1,4 @@
 //! Analytic shapes: distances against dense samples of their contours, TOML, errors.
-#![allow(clippy::print_stdout, reason = "tests print what they measured")]
 
 use proptest::prelude::*;
 use solvers::level_set::Shape;

@@ -1,5 +1,4 @@
 //! Algorithm 1 and the kinetics against measured and predicted figures.
-#![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 use patterns::{Context, MODELS, NoInputs, Run, Status, Values};
 use rayon::prelude::*;

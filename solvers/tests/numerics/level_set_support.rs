@@ -1,5 +1,4 @@
 //! What the level-set tests share: contours and areas read from phi.
-#![allow(dead_code, reason = "each test file uses some of these")]
 
 use solvers::level_set::{LevelSet, Order, Scheme, Speed};
 use solvers::{Boundary, Field, Grid};

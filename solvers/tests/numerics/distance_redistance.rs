@@ -1,5 +1,4 @@
 //! Signed distances against exact ones, with observed orders.
-#![allow(clippy::print_stdout, reason = "tests print what they measured")]
 
 use solvers::level_set::distance::{from_image, from_mask, from_polylines};
 use solvers::level_set::shapes::Point;

@@ -1,7 +1,7 @@
 //! Turing patterns with holes and what this program puts into them, as NPY for
 //! `benches/peers/disocclusion/run.py`, which measures them and other programs' fillings.
 //!
-//! cargo run --release --example filling -- FOLDER [SEEDS]
+//! cargo bench --bench filling -- FOLDER [SEEDS]
 #![allow(
     clippy::print_stdout,
     clippy::disallowed_methods,
@@ -22,7 +22,7 @@ const PATTERNS: [(&str, &str, [f64; 2]); 2] =
     [("spots", "turing-spots", [1.0, 1.0 / 3.0]), ("stripes", "turing-labyrinth", [0.6, 0.6])];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1);
+    let mut arguments = std::env::args().skip(1).filter(|text| text != "--bench");
     let folder = arguments.next().ok_or("usage: filling FOLDER [SEEDS]")?;
     let seeds: u64 = arguments.next().map_or(Ok(3), |text| text.parse())?;
     fs::create_dir_all(&folder)?;

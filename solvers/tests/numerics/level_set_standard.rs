@@ -3,11 +3,10 @@
 //! Bounds are those of a reference WENO5/TVD-RK3 code that reads contours by linear
 //! interpolation, whose own error on a circle, `kappa h / 8` node distances, is most
 //! of what such figures show; the ENO read-out shows what the front itself does.
-#![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
-mod level_set_support;
-
-use level_set_support::{Read, area, contour, contour_error, distance, radius, run, scheme, unit};
+use super::level_set_support::{
+    Read, area, contour, contour_error, distance, radius, run, scheme, unit,
+};
 use solvers::level_set::{
     ConstantSpeed, CurvatureSpeed, FnAdvection, Order, Point, Scheme, Shape, Speed, Terms,
 };

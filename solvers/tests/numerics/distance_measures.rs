@@ -1,5 +1,4 @@
 //! Areas, perimeters, components and Euler numbers.
-#![allow(clippy::print_stdout, reason = "tests print what they measured")]
 
 use proptest::prelude::*;
 use solvers::level_set::shapes::Point;

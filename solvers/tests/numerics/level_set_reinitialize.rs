@@ -1,9 +1,6 @@
 //! Reinitialization and velocity extension, against exact distances and angles.
-#![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
-mod level_set_support;
-
-use level_set_support::{Read, area, contour_error, distance, unit};
+use super::level_set_support::{Read, area, contour_error, distance, unit};
 use solvers::level_set::{extend_speed, reinitialize};
 use solvers::{Boundary, Field, Grid, order::observed_order};
 

@@ -1,5 +1,4 @@
 //! Swift and Hohenberg's equation by every stepper: orders, energy, wavelength.
-#![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 use patterns::{Context, Inputs, MODELS, NoInputs, Run, Status, Values};
 use solvers::isosurface::Polyline;

@@ -1,9 +1,6 @@
 //! The time stepper itself: symmetry, borders, narrow band, options, errors.
-#![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
-mod level_set_support;
-
-use level_set_support::{Read, contour, contour_error, distance, radius, scheme, unit};
+use super::level_set_support::{Read, contour, contour_error, distance, radius, scheme, unit};
 use proptest::prelude::*;
 use solvers::level_set::{
     ConstantSpeed, CurvatureSpeed, FieldAdvection, FieldSpeed, FnAdvection, FnSpeed, LevelSet,

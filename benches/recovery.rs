@@ -1,7 +1,7 @@
 //! Recovery of known parameters: textures are grown from other noise than the search's, and what
 //! is found is put beside what made them.
 //!
-//! `cargo run --release --example recovery -- ATLAS [SIZE] [GENERATIONS] [PRESETS,..]`, ATLAS being
+//! `cargo bench --bench recovery -- ATLAS [SIZE] [GENERATIONS] [PRESETS,..]`, ATLAS being
 //! the output folder of `patterns curvature atlas`; some minutes a texture.
 #![allow(clippy::print_stdout, reason = "a study prints a table")]
 
@@ -30,7 +30,7 @@ impl Inputs for Given {
 }
 
 fn main() -> Result<()> {
-    let argument = |n: usize| std::env::args().nth(n);
+    let argument = |n: usize| std::env::args().filter(|text| text != "--bench").nth(n);
     let number =
         |n: usize, default: u64| argument(n).and_then(|text| text.parse().ok()).unwrap_or(default);
     let Some(folder) = argument(1) else {

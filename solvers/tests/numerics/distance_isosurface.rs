@@ -1,5 +1,4 @@
 //! Contours and meshes: closed, oriented, of the right size and topology.
-#![allow(clippy::print_stdout, reason = "tests print what they measured")]
 
 use proptest::prelude::*;
 use solvers::isosurface::{Caps, closed_contours, contour_lines, triangulate};

@@ -1,5 +1,4 @@
 //! Growing domains against exact decay, published mode doubling, and the run without growth.
-#![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 use patterns::{Context, Error, Inputs, MODELS, NoInputs, Run, State, Status, Values};
 use solvers::isosurface::Polyline;

@@ -1,8 +1,4 @@
 //! Time steppers: observed orders, exact solutions, conservation, fronts.
-#![expect(
-    clippy::print_stdout,
-    reason = "measured figures are printed for the reader of a test run"
-)]
 
 use solvers::diffusion::{
     Diffusivity, Etdrk4, Etdrk4Config, Euler, FaceMean, ImexScheme, Operator, Reaction,

@@ -1,6 +1,5 @@
 //! Inference reads what people have: phases, two-valued volumes and closed meshes of one texture
 //! are the same shape.
-#![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 use lab::output::npy;
 use std::{fs, path::Path, process::Command};
