@@ -98,6 +98,9 @@ const GREY: f64 = 0.2;
 
 /// The grey levels of the visible part with an even light, 0 where hidden; none for a picture in
 /// ink and paper only, or a speckled one.
+///
+/// Here the light is the polynomial through the levels themselves: residuals to the means of ink
+/// and paper, which [`normalize`] uses, hold a part of the pattern where levels are continuous.
 pub fn grey_levels(picture: &Field, normal: &Normal) -> Option<Field> {
     if normal.despeckled || picture.as_slice().len() != normal.ink.len() {
         return None;
@@ -109,9 +112,14 @@ pub fn grey_levels(picture: &Field, normal: &Normal) -> Option<Field> {
     if (middle as f64) < GREY * level.len() as f64 {
         return None;
     }
+    let seen: Vec<usize> = (0..normal.ink.len()).filter(|&n| normal.visible[n]).collect();
+    let mean = seen.iter().map(|&n| picture.as_slice()[n]).sum::<f64>() / seen.len() as f64;
+    let residual: Vec<f64> = seen.iter().map(|&n| picture.as_slice()[n] - mean).collect();
+    let light = light(&seen, normal.shape, &residual);
     let mut values = vec![0.0; normal.ink.len()];
-    let seen = (0..values.len()).filter(|&n| normal.visible[n]);
-    seen.zip(&level).for_each(|(n, &v)| values[n] = v);
+    for ((&n, r), l) in seen.iter().zip(&residual).zip(&light) {
+        values[n] = mean + r - l;
+    }
     Field::from_vec(picture.grid(), values).ok()
 }
 

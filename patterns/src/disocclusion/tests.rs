@@ -340,7 +340,9 @@ fn grey_levels_are_those_under_an_even_light() {
         let mean = (0..64 * 64).map(|n| f(n) - wave(n)).sum::<f64>() / 4096.0;
         (0..64 * 64).map(|n| (f(n) - wave(n) - mean).abs()).fold(0.0, f64::max)
     };
-    assert!(off(&|n| levels.as_slice()[n]) < 0.2 * off(&lit), "{}", off(&|n| levels.as_slice()[n]));
+    // A tenth of the light: seven waves have a little of a polynomial in them.
+    let left = off(&|n| levels.as_slice()[n]);
+    assert!(left < 0.1 * off(&lit), "{left}");
     let flat = Field::from_vec(grid, (0..64 * 64).map(|n| wave(n).signum()).collect()).unwrap();
     assert!(grey_levels(&flat, &normalize(&flat, &all).unwrap()).is_none());
 }
