@@ -3,6 +3,7 @@
 use super::normalize::{normalize, split};
 use crate::{Error, Result};
 use solvers::{Boundary, Field, Grid, level_set::label_components, texture::depth};
+use std::ops::RangeInclusive;
 
 /// What hides a part of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -174,13 +175,30 @@ fn block(own: &[bool], shape: [usize; 2]) -> Option<Vec<bool>> {
     let core: Vec<bool> = inner.iter().map(|&d| d > reach as f64).collect();
     let [top, bottom, left, right] = bounds(&core, nx)?;
     let [ny, _] = shape;
-    let (top, left) = (top.saturating_sub(reach), left.saturating_sub(reach));
-    let (bottom, right) = ((bottom + reach).min(ny - 1), (right + reach).min(nx - 1));
-    let filled = (top..=bottom).flat_map(|j| (left..=right).map(move |i| j * nx + i));
-    let share = filled.clone().filter(|&n| own[n]).count() as f64 / filled.clone().count() as f64;
-    if share < THICK.1 {
+    let (mut top, mut left) = (top.saturating_sub(reach), left.saturating_sub(reach));
+    let (mut bottom, mut right) = ((bottom + reach).min(ny - 1), (right + reach).min(nx - 1));
+    let share = |rows: RangeInclusive<usize>, columns: RangeInclusive<usize>| {
+        let all = rows.flat_map(|j| columns.clone().map(move |i| j * nx + i));
+        let (own, count) = all.fold((0, 0), |(a, b), n| (a + u32::from(own[n]), b + 1));
+        f64::from(own) / f64::from(count)
+    };
+    if share(top..=bottom, left..=right) < THICK.1 {
         return None;
     }
+    // Where the pattern touches the box in its colour the core reaches out of it.
+    while top < bottom && share(top..=top, left..=right) < THICK.1 {
+        top += 1;
+    }
+    while top < bottom && share(bottom..=bottom, left..=right) < THICK.1 {
+        bottom -= 1;
+    }
+    while left < right && share(top..=bottom, left..=left) < THICK.1 {
+        left += 1;
+    }
+    while left < right && share(top..=bottom, right..=right) < THICK.1 {
+        right -= 1;
+    }
+    let filled = (top..=bottom).flat_map(|j| (left..=right).map(move |i| j * nx + i));
     let mut hidden = vec![false; own.len()];
     filled.for_each(|n| hidden[n] = true);
     Some(hidden)

@@ -1,16 +1,17 @@
 //! What a picture of a mesh needs: shared corners and normals that know creases.
 
 use super::{TriangleMesh, dot, unit};
+use rayon::slice::ParallelSliceMut;
 
 impl TriangleMesh {
     /// For each vertex the first one at the same place that a triangle uses; 0 for unused ones.
     pub fn first_at_place(&self) -> Vec<u32> {
         let mut order: Vec<u32> = self.triangles.as_flattened().to_vec();
-        order.sort_unstable();
+        order.par_sort_unstable();
         order.dedup();
         // -0 is 0.
         let key = |v: u32| self.vertices[v as usize].map(|c| (c + 0.0).to_bits());
-        order.sort_by_key(|&v| (key(v), v));
+        order.par_sort_unstable_by_key(|&v| (key(v), v));
         let mut first = vec![0; self.vertices.len()];
         for same in order.chunk_by(|&a, &b| key(a) == key(b)) {
             same.iter().for_each(|&v| first[v as usize] = same[0]);

@@ -1,28 +1,34 @@
 //! How the triangles of a mesh hang together.
 
 use super::TriangleMesh;
+use rayon::slice::ParallelSliceMut;
 
 impl TriangleMesh {
-    /// Sides of all triangles as (low, high, forward), sorted.
-    fn sorted_sides(&self) -> Vec<(u32, u32, bool)> {
-        let mut sides: Vec<_> = self
-            .triangles
-            .iter()
-            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
-            .map(|(p, q)| (p.min(q), p.max(q), p < q))
-            .collect();
-        sides.sort_unstable();
+    /// Sides of all triangles, sorted: low vertex, high vertex, and in the last bit whether the
+    /// triangle runs from low to high.
+    fn sorted_sides(&self) -> Vec<u64> {
+        debug_assert!(self.vertices.len() < 1 << 31);
+        let side = |p: u32, q: u32| {
+            let (low, high) = (u64::from(p.min(q)), u64::from(p.max(q)));
+            (((low << 32) | high) << 1) | u64::from(p < q)
+        };
+        let all = self.triangles.iter();
+        let mut sides: Vec<u64> =
+            all.flat_map(|&[a, b, c]| [side(a, b), side(b, c), side(c, a)]).collect();
+        sides.par_sort_unstable();
         sides
     }
 
     /// Euler characteristic V - E + F; unused vertices are not counted.
     pub fn euler_characteristic(&self) -> i64 {
+        self.characteristic(&self.sorted_sides())
+    }
+
+    fn characteristic(&self, sides: &[u64]) -> i64 {
         let mut used = vec![false; self.vertices.len()];
         self.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
         let vertices = used.iter().filter(|&&u| u).count() as i64;
-        let sides = self.sorted_sides();
-        let edges = sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).count() as i64;
-        vertices - edges + self.triangles.len() as i64
+        vertices - by_edge(sides).count() as i64 + self.triangles.len() as i64
     }
 
     /// Number of connected pieces of the surface; unused vertices are none.
@@ -46,7 +52,8 @@ impl TriangleMesh {
     /// Number of handles, of all pieces together: components - chi / 2; `None` if the mesh is
     /// not closed.
     pub fn genus(&self) -> Option<i64> {
-        self.is_closed().then(|| self.components() as i64 - self.euler_characteristic() / 2)
+        let sides = self.sorted_sides();
+        all_shared(&sides).then(|| self.components() as i64 - self.characteristic(&sides) / 2)
     }
 
     /// The mesh in a box `[0, period]` with opposite faces taken as one: what
@@ -68,10 +75,7 @@ impl TriangleMesh {
 
     /// Whether every edge is shared by two triangles that run through it in opposite senses.
     pub fn is_closed(&self) -> bool {
-        let sides = self.sorted_sides();
-        sides
-            .chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
-            .all(|same| same.len() == 2 && same[0].2 != same[1].2)
+        all_shared(&self.sorted_sides())
     }
 
     /// Whether the mesh is an oriented manifold, perhaps with a border.
@@ -108,6 +112,16 @@ impl TriangleMesh {
             passed == fan.len()
         })
     }
+}
+
+/// Sorted sides in groups of one edge.
+fn by_edge(sides: &[u64]) -> impl Iterator<Item = &[u64]> {
+    sides.chunk_by(|a, b| a >> 1 == b >> 1)
+}
+
+/// Whether every edge has two sides of opposite senses.
+fn all_shared(sides: &[u64]) -> bool {
+    by_edge(sides).all(|same| same.len() == 2 && same[0] != same[1])
 }
 
 /// The first of the vertices joined to `v`; halves the way there.
