@@ -286,9 +286,8 @@ impl Session<'_> {
         self.manifest.metrics = finite.map(|m| (m.name, m.value)).collect();
         let mut artifacts = self.run.artifacts();
         artifacts.extend(self.recorder.artifacts());
-        for (name, bytes) in artifact::encode_all(&artifacts)? {
-            self.folder.write(&name, &bytes)?;
-        }
+        artifact::write_all(&artifacts, &mut self.folder)?;
+        drop(artifacts);
         if self.recorder.animation().len() > 1 {
             let (mut film, file) = (Vec::new(), self.film.file());
             self.recorder.animation().write(Path::new(file), &mut film)?;

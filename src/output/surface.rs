@@ -14,6 +14,12 @@ use anyhow::Result;
 use patterns::{Colors, Surface, SurfaceValues};
 use std::{io::Write, path::Path};
 
+/// Triangles above which a coarser mesh is drawn: pictures have fewer pixels, and a ray tracer
+/// holds 200 bytes for each.
+const MOST: usize = 3_000_000;
+/// Area of a cell of the coarser mesh, in areas of the triangles that shall be left.
+const SHARE: f64 = 2.0;
+
 /// How a surface is looked at.
 #[derive(Clone, Debug)]
 pub struct Look {
@@ -59,15 +65,28 @@ fn scale(values: &SurfaceValues) -> (Colormap, [f64; 2]) {
 /// What there is to render.
 fn stage(surface: &Surface, look: &Look) -> Stage {
     let colors = colors(surface);
-    let paint = if colors.len() == surface.mesh.vertices.len() && !colors.is_empty() {
+    let mut mesh = surface.mesh.clone();
+    let paint = if colors.len() == mesh.vertices.len() && !colors.is_empty() {
         Paint::Vertices(colors)
-    } else if surface.caps.len() == surface.mesh.triangles.len() {
+    } else if surface.caps.len() == mesh.triangles.len() {
         let color = |&cap: &bool| if cap { DARK } else { BEIGE };
         Paint::Triangles(surface.caps.iter().map(color).collect())
     } else {
         Paint::Plain(BEIGE)
     };
-    let mut parts = vec![Part { mesh: surface.mesh.clone(), paint, inside: DARK }];
+    let paint = if mesh.triangles.len() > MOST {
+        let coarse = mesh.clustered((SHARE * mesh.area() / MOST as f64).sqrt());
+        mesh = coarse.mesh;
+        let pick = |from: &[Rgb], which: &[u32]| which.iter().map(|&n| from[n as usize]).collect();
+        match paint {
+            Paint::Vertices(colors) => Paint::Vertices(pick(&colors, &coarse.vertices)),
+            Paint::Triangles(colors) => Paint::Triangles(pick(&colors, &coarse.triangles)),
+            Paint::Plain(color) => Paint::Plain(color),
+        }
+    } else {
+        paint
+    };
+    let mut parts = vec![Part { mesh, paint, inside: DARK }];
     parts.extend(surface.marks.iter().map(|(mesh, color)| Part::new(mesh.clone(), *color)));
     if let Some([low, high]) = surface.frame {
         let diagonal = (0..3).map(|m| (high[m] - low[m]).powi(2)).sum::<f64>().sqrt();

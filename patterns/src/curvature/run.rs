@@ -250,17 +250,15 @@ impl Run for Texture {
     }
 
     fn artifacts(&self) -> Vec<Artifact> {
-        let phase = self.phase();
-        let open = self.surface(false).mesh;
+        // Large boxes have large meshes: never two of them at once.
+        let diagram = self.flow.diagram(&self.surface(false).mesh);
+        let mut artifacts = diagram.map_or_else(|_| Vec::new(), |d| view::diagram(&d));
         let shape = view::shape("shape", self.surface(true), self.size());
-        let mut artifacts = vec![
+        artifacts.extend([
             Artifact::Surface(Surface { turntable: self.config.turntable, ..shape }),
-            view::phase(&phase),
+            view::phase(self.phase()),
             view::history(&self.history),
-        ];
-        if let Ok(diagram) = self.flow.diagram(&open) {
-            artifacts.extend(view::diagram(&diagram));
-        }
+        ]);
         artifacts
     }
 

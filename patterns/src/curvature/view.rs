@@ -36,10 +36,10 @@ pub(super) fn shape(name: &str, surface: isosurface::Surface, size: [f64; 3]) ->
 }
 
 /// The phase: a slice, and all numbers.
-pub(super) fn phase(phase: &Field) -> Artifact {
+pub(super) fn phase(phase: Field) -> Artifact {
     Artifact::Image(Image {
         name: "phase".into(),
-        field: phase.clone(),
+        field: phase,
         label: "phase u (1)".into(),
         colors: Colors::Diverging,
         range: Some([-1.0, 1.0]),

@@ -1,12 +1,14 @@
 //! Triangle meshes.
 
 mod bvh;
+mod cluster;
 mod sample;
 mod shading;
 mod topology;
 mod voxelize;
 
 pub use bvh::{Bvh, Hit, Ray};
+pub use cluster::Clustered;
 pub use sample::SurfaceSamples;
 
 /// A triangle mesh; counter-clockwise seen from outside.
