@@ -16,7 +16,7 @@ use std::{io::Write, path::Path};
 
 /// Triangles above which a coarser mesh is drawn: pictures have fewer pixels, and a ray tracer
 /// holds 200 bytes for each.
-const MOST: usize = 3_000_000;
+const MOST: usize = 1_500_000;
 /// Area of a cell of the coarser mesh, in areas of the triangles that shall be left.
 const SHARE: f64 = 2.0;
 

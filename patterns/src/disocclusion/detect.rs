@@ -114,7 +114,7 @@ fn flat(picture: &Field, all: &[bool]) -> Result<Vec<bool>> {
     };
     let quiet: Vec<bool> = (0..values.len()).map(calm).collect();
     let parts = label_components(&quiet, grid, Boundary::Neumann)?;
-    let mut hidden = vec![false; values.len()];
+    let mut regions = Vec::new();
     for (label, _) in (1..).zip(&parts.sizes).filter(|(_, size)| **size >= least(grid)) {
         let inside: Vec<bool> = parts.labels.iter().map(|&l| l == label).collect();
         let Some(first) = inside.iter().position(|&b| b) else { continue };
@@ -130,9 +130,17 @@ fn flat(picture: &Field, all: &[bool]) -> Result<Vec<bool>> {
             darker += f64::from(u8::from(values[n] < level - step));
             lighter += f64::from(u8::from(values[n] > level + step));
         }
-        let least_side = SIDES * (darker + lighter);
-        if darker > least_side && lighter > least_side {
-            hidden.iter_mut().zip(&grown).for_each(|(h, g)| *h |= g);
+        regions.push((level, [darker, lighter], grown));
+    }
+    let mut hidden = vec![false; values.len()];
+    for (level, _, grown) in &regions {
+        // Occluders of one level are judged together: a small one may touch one colour only.
+        let mut sides = [0.0; 2];
+        for (_, counts, _) in regions.iter().filter(|r| (r.0 - level).abs() <= step) {
+            sides.iter_mut().zip(counts).for_each(|(s, c)| *s += c);
+        }
+        if sides.iter().all(|&s| s > SIDES * (sides[0] + sides[1])) {
+            hidden.iter_mut().zip(grown).for_each(|(h, g)| *h |= g);
         }
     }
     if !hidden.contains(&true) {
