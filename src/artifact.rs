@@ -15,8 +15,11 @@ pub type NamedBytes = (String, Vec<u8>);
 /// A file of an artifact that is yet to be written.
 struct Job<'a> {
     file: String,
-    write: Box<dyn FnOnce(&mut Out<'_>) -> Result<()> + Send + 'a>,
+    write: Box<Writer<'a>>,
 }
+
+/// Writes a file.
+type Writer<'a> = dyn FnOnce(&mut Out<'_>) -> Result<()> + Send + 'a;
 
 /// What jobs write to.
 type Out<'a> = &'a mut (dyn Write + Send);
