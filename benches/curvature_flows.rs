@@ -1,8 +1,8 @@
 //! The fast flow beside the published one: energies, evaluations, seconds, and whether both
 //! grow the same texture, over several seeds.
 //!
-//! `cargo bench --bench curvature_flows -- [SIZE] [SEEDS] [PRESETS,..]`; at the published
-//! size of 100 a seed takes some minutes.
+//! `cargo bench --bench curvature_flows -- [SIZE] [SEEDS] [PRESETS,..] [EVALUATIONS]`, the last
+//! of the fast flow; at the published size of 100 a seed takes some minutes.
 #![allow(
     clippy::print_stdout,
     clippy::disallowed_methods,
@@ -50,6 +50,7 @@ fn main() -> Result<()> {
     let wanted = argument(3).unwrap_or_default();
     let chosen = |name: &str| wanted.is_empty() || wanted.split(',').any(|w| w == name);
     for (name, coefficients, mass, evaluations, rate) in CASES.into_iter().filter(|c| chosen(c.0)) {
+        let evaluations = number(4, evaluations as usize) as u64;
         println!("{name}: seed, published F ND s, fast F ND s, evaluations to the published F");
         let (mut published, mut fast) = (Vec::new(), Vec::new());
         for seed in 1..=seeds as u64 {
