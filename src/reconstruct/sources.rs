@@ -12,7 +12,7 @@ use patterns::{
     },
 };
 use serde::{Deserialize, Serialize};
-use solvers::{Field, Grid, texture::Descriptor};
+use solvers::{Field, Grid};
 use std::path::{Path, PathBuf};
 
 /// Least number of rows and columns: less holds no statistics.
@@ -20,13 +20,6 @@ const LEAST: usize = 16;
 
 /// Longer sides are worked on at a whole fraction of their size.
 const LARGEST: usize = 512;
-
-/// Pixels that a wavelength shall keep then, as far as sides stay below the second number.
-const FINE: (f64, usize) = (8.0, 1024);
-
-/// Pictures that were magnified are taken back to a pixel for a square of equal ones, of at most
-/// as many a side, where that leaves the second number of rows and columns.
-const MAGNIFIED: (usize, usize) = (16, 80);
 
 /// A picture that the program makes.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -134,7 +127,8 @@ pub(super) fn load(config: &Config, request: &Request, inputs: &FileInputs) -> R
         }
     };
     check_mask(&visible, detected.is_some()).map_err(located)?;
-    let factor = factor(&picture, &visible)?;
+    let [ny, nx] = plane(&picture);
+    let factor = ny.max(nx).div_ceil(LARGEST);
     let (work, work_visible) = shrink(&picture, &visible, factor)?;
     let truth_levels = levels;
     Ok(Source { picture, visible, truth, truth_levels, detected, factor, work, work_visible })
@@ -263,44 +257,6 @@ pub(super) fn harm_name(harm: Harm) -> &'static str {
         Harm::Invert => "invert",
         Harm::Rotate => "rotate",
     }
-}
-
-/// The fraction of a picture's size to work on.
-fn factor(picture: &Field, visible: &[bool]) -> Result<usize> {
-    let [ny, nx] = plane(picture);
-    let square = magnification(picture, visible);
-    let side = ny.max(nx) / square;
-    let mut times = side.div_ceil(LARGEST);
-    while times > 1 && side.div_ceil(times - 1) <= FINE.1 {
-        let (work, seen) = shrink(picture, visible, times * square)?;
-        let normal = normalize(&work, &seen).ok();
-        let masked = normal.as_ref().and_then(|normal| normal.masked().ok());
-        let fine = |d: Descriptor| d.wavelength >= FINE.0;
-        if masked.and_then(|masked| Descriptor::new(&masked)).is_none_or(fine) {
-            break;
-        }
-        times -= 1;
-    }
-    Ok(times * square)
-}
-
-/// Side of the largest squares of equal visible pixels that the picture consists of.
-fn magnification(picture: &Field, visible: &[bool]) -> usize {
-    let ([ny, nx], values) = (plane(picture), picture.as_slice());
-    let consists = |side: usize| {
-        let square = |m: usize| {
-            let (j, i) = (m / (nx / side) * side, m % (nx / side) * side);
-            let all = (0..side * side).map(|n| (j + n / side) * nx + i + n % side);
-            let mut seen = all.filter(|&n| visible[n]).map(|n| values[n]);
-            let first = seen.next();
-            seen.all(|value| Some(value) == first)
-        };
-        (0..(ny / side) * (nx / side)).all(square)
-    };
-    let fits = |side: &usize| {
-        ny % side == 0 && nx % side == 0 && ny.min(nx) / side >= MAGNIFIED.1 && consists(*side)
-    };
-    (2..=MAGNIFIED.0).rev().find(fits).unwrap_or(1)
 }
 
 /// Means of squares of `factor` pixels; a square is visible if all of its pixels are.
