@@ -41,21 +41,21 @@ pub fn encode_all(artifacts: &[Artifact]) -> Result<Vec<NamedBytes>> {
 /// Writes the files of all artifacts into `folder`, in parallel and none of them whole in memory.
 ///
 /// # Errors
-/// If an artifact cannot be drawn or written; then some of the files may be there, and count as
-/// written.
+/// If an artifact cannot be drawn or written; files that were written by then count as such.
 pub fn write_all(artifacts: &[Artifact], folder: &mut Folder) -> Result<()> {
-    let jobs = jobs(artifacts);
-    let names: Vec<String> = jobs.iter().map(|job| job.file.clone()).collect();
     let path = folder.path().to_path_buf();
     let write = |job: Job<'_>| {
-        output::save(&path.join(&job.file), |sink| {
-            (job.write)(&mut (sink as Out<'_>))
-                .with_context(|| format!("cannot draw `{}`", job.file))
-        })
+        let result =
+            output::save(&path.join(&job.file), |sink| (job.write)(&mut (sink as Out<'_>)));
+        (job.file, result)
     };
-    let result = jobs.into_par_iter().map(write).collect();
-    folder.adopt(&names);
-    result
+    let files: Vec<(String, Result<()>)> = jobs(artifacts).into_par_iter().map(write).collect();
+    for (file, result) in &files {
+        if result.is_ok() {
+            folder.adopt(std::slice::from_ref(file));
+        }
+    }
+    files.into_iter().try_for_each(|(_, result)| result)
 }
 
 fn jobs(artifacts: &[Artifact]) -> Vec<Job<'_>> {
@@ -174,4 +174,25 @@ fn job<'a>(
     write: impl FnOnce(&mut Out<'_>) -> Result<()> + Send + 'a,
 ) -> Job<'a> {
     Job { file: format!("{name}.{extension}"), write: Box::new(write) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_written_before_a_failure_is_known() {
+        let place = tempfile::tempdir().unwrap();
+        let mut folder = Folder::open(place.path());
+        let table = |name: &str| Artifact::Table {
+            name: name.into(),
+            columns: vec![("x".into(), vec![1.0, 2.0])],
+        };
+        let error = write_all(&[table("a"), table("missing/b"), table("c")], &mut folder);
+        let message = format!("{:#}", error.unwrap_err());
+        assert!(message.contains("missing/b.csv"), "{message}");
+        assert_eq!(folder.files(), ["a.csv", "c.csv"]);
+        let bytes = encode_all(&[table("a")]).unwrap();
+        assert_eq!(std::fs::read(place.path().join("a.csv")).unwrap(), bytes[0].1);
+    }
 }

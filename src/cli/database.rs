@@ -3,6 +3,7 @@
 use crate::{
     database,
     inputs::FileInputs,
+    output,
     reconstruct::evaluate::{self, Plan},
 };
 use anyhow::{Context as _, Result, bail};
@@ -105,7 +106,7 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
             let database = Database::built_in()?;
             let classes: Vec<&Class> = database.classes.iter().filter(|c| c.free_seeds).collect();
             let calibration = calibrate(&classes, Path::new("."))?;
-            write(out, &calibration.to_bytes())?;
+            output::save_bytes(out, &calibration.to_bytes())?;
             println!("{}: {} classes", out.display(), calibration.classes.len());
         }
     }
@@ -151,12 +152,22 @@ fn add(file: &Path, to: &Path) -> Result<()> {
         bail!("`{}`: name: `{}` is in the database already", file.display(), class.name);
     }
     let text = fs::read(file).with_context(|| format!("cannot read `{}`", file.display()))?;
-    let base = file.parent().unwrap_or(Path::new("."));
-    let calibration = class.free_seeds.then(|| calibrate(&[&class], base)).transpose()?;
     fs::create_dir_all(to).with_context(|| format!("cannot make `{}`", to.display()))?;
-    write(&to.join(format!("{}.toml", class.name)), &text)?;
-    if let Some(calibration) = calibration {
-        write(&to.join(format!("{}.bin", class.name)), &calibration.to_bytes())?;
+    // The class first: a folder that cannot be written to is refused before the work.
+    let entry = to.join(format!("{}.toml", class.name));
+    output::save_bytes(&entry, &text)?;
+    let base = file.parent().unwrap_or(Path::new("."));
+    let calibrated = class.free_seeds.then(|| calibrate(&[&class], base)).transpose();
+    let saved = calibrated.and_then(|calibration| match calibration {
+        Some(calibration) => {
+            output::save_bytes(&entry.with_extension("bin"), &calibration.to_bytes())
+        }
+        None => Ok(()),
+    });
+    if let Err(error) = saved {
+        // A class without its calibration would make the folder useless.
+        let _ = fs::remove_file(&entry);
+        return Err(error);
     }
     println!("{}: class `{}` added", to.display(), class.name);
     Ok(())
@@ -166,14 +177,18 @@ fn add(file: &Path, to: &Path) -> Result<()> {
 fn calibrate(classes: &[&Class], base: &Path) -> Result<Calibration> {
     let jobs: Vec<(&Class, u64)> =
         classes.iter().flat_map(|class| (0..PATTERNS).map(|index| (*class, index))).collect();
+    let bar = evaluate::progress(jobs.len());
     let found: Vec<_> = jobs
         .par_iter()
         .with_max_len(1)
         .map(|(class, index)| {
-            disocclusion::samples(class, *index, &FileInputs::new(vec![base.to_path_buf()]))
-                .with_context(|| format!("class `{}`, pattern {index}", class.name))
+            let inputs = FileInputs::new(vec![base.to_path_buf()]);
+            let samples = disocclusion::samples(class, *index, &inputs);
+            bar.inc(1);
+            samples.with_context(|| format!("class `{}`, pattern {index}", class.name))
         })
         .collect::<Result<_>>()?;
+    bar.finish_and_clear();
     let per_class = found.chunks(PATTERNS as usize).map(<[_]>::concat);
     let names = classes.iter().map(|class| class.name.clone());
     let calibration = Calibration { classes: names.zip(per_class).collect() };
@@ -181,8 +196,4 @@ fn calibrate(classes: &[&Class], base: &Path) -> Result<Calibration> {
         bail!("class `{name}`: only {} of its patterns have two colours", list.len() / 5);
     }
     Ok(calibration)
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    fs::write(path, bytes).with_context(|| format!("cannot write `{}`", path.display()))
 }

@@ -5,8 +5,9 @@ use super::{
     values,
 };
 use crate::{
-    reconstruct::{self, Options, Outcome, evaluate},
+    reconstruct::{self, Options, evaluate},
     request::Request,
+    runner::Outcome,
 };
 use anyhow::{Result, bail};
 use std::{io::Write as _, path::PathBuf, process::ExitCode, time::Duration};

@@ -4,7 +4,7 @@ use super::{Options, sources::harm_name};
 use crate::{database, folder::Folder, input};
 use anyhow::{Context as _, Result, bail, ensure};
 use image::{GrayImage, ImageFormat};
-use indicatif::ProgressBar;
+use indicatif::{ProgressBar, ProgressStyle};
 use patterns::{
     NoInputs,
     disocclusion::{
@@ -74,11 +74,17 @@ pub fn make(plan: &Plan, database: Option<&Path>, out: &Path, force: bool) -> Re
 fn fill(plan: &Plan, classes: &[&Class], folder: &mut Folder) -> Result<usize> {
     let jobs: Vec<(&Class, u64)> =
         classes.iter().flat_map(|c| (0..plan.patterns).map(|index| (*c, index))).collect();
+    let bar = progress(jobs.len());
     let made: Vec<Vec<Case>> = jobs
         .par_iter()
         .with_max_len(1)
-        .map(|&(class, index)| cases(class, plan.seed, index))
+        .map(|&(class, index)| {
+            let made = cases(class, plan.seed, index);
+            bar.inc(1);
+            made
+        })
         .collect::<Result<_>>()?;
+    bar.finish_and_clear();
     let mut labels = format!("{HEAD}\n");
     let mut count = 0;
     for case in made.iter().flatten() {
@@ -219,30 +225,46 @@ pub fn run(cases: &Path, database: Option<&Path>, options: &Options) -> Result<S
             label.class
         );
     }
-    let bar = match options.quiet {
-        true => ProgressBar::hidden(),
-        false => ProgressBar::new(labels.len() as u64),
-    };
-    let rows: Vec<Row> = labels
+    let mut folder = Folder::create(options.out.as_deref(), "evaluation", options.force)?;
+    let result = identify_all(&identifier, &labels, cases, options.quiet)
+        .map(|rows| (table(&labels, &rows), csv(&labels, &rows)))
+        .and_then(|(table, csv)| {
+            folder.write("evaluation.csv", csv.as_bytes())?;
+            folder.write("evaluation.txt", table.as_bytes())?;
+            Ok(table)
+        });
+    if result.is_err() {
+        folder.discard();
+    }
+    result
+}
+
+fn identify_all(
+    identifier: &Identifier,
+    labels: &[Label],
+    cases: &Path,
+    quiet: bool,
+) -> Result<Vec<Row>> {
+    let bar = if quiet { ProgressBar::hidden() } else { progress(labels.len()) };
+    let rows = labels
         .par_iter()
         .map(|label| {
-            let row = identify(&identifier, label, cases);
+            let row = identify(identifier, label, cases);
             bar.inc(1);
             row.with_context(|| format!("`{}`", label.picture))
         })
-        .collect::<Result<_>>()?;
+        .collect();
     bar.finish_and_clear();
-    let table = table(&labels, &rows);
-    let mut folder = Folder::create(options.out.as_deref(), "evaluation", options.force)?;
-    let csv = csv(&labels, &rows);
-    let written = folder
-        .write("evaluation.csv", csv.as_bytes())
-        .and_then(|()| folder.write("evaluation.txt", table.as_bytes()));
-    if let Err(error) = written {
-        folder.discard();
-        return Err(error);
+    rows
+}
+
+/// A bar on standard error for `count` things of like effort, and only on a terminal.
+pub(crate) fn progress(count: usize) -> ProgressBar {
+    let bar = ProgressBar::new(count as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len}, {per_sec}, {eta} left") {
+        bar.set_style(style);
     }
-    Ok(table)
+    bar
 }
 
 fn identify(identifier: &Identifier, label: &Label, folder: &Path) -> Result<Row> {

@@ -11,7 +11,7 @@ use crate::{
     inputs::FileInputs,
     manifest::{Manifest, RunStatus},
     request::Request,
-    runner,
+    runner::{self, Outcome},
 };
 use anyhow::{Result, bail};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -129,34 +129,22 @@ impl Report {
     }
 }
 
-/// What a reconstruction left behind.
-#[derive(Debug)]
-pub struct Outcome {
-    /// The output folder.
-    pub folder: PathBuf,
-    /// The content of its `run.json`.
-    pub manifest: Manifest,
-    /// What was found, stage by stage.
-    pub notes: Vec<String>,
-    /// Seconds from the start to the last file.
-    pub seconds: f64,
-}
-
 /// Reconstructs the picture that a request names.
 ///
 /// # Errors
 /// If a file or value cannot be used, or a model fails; nothing is left behind.
 pub fn run(request: &Request, options: &Options) -> Result<Outcome> {
     let start = Instant::now();
-    let mut config = parse(request)?;
+    let config = parse(request)?;
     let inputs = FileInputs::new(request.base.clone());
     let source = sources::load(&config, request, &inputs)?;
-    let report = reconstruct(&config, request, source, options, start)?;
-    config.generations = report.generations();
-    let files = outputs::encode(&report)?;
+    // Before the work, so that a folder that cannot be used is refused at once.
     let mut folder = Folder::create(options.out.as_deref(), "reconstruct", options.force)?;
-    match write(&mut folder, config, request.seed, inputs, &report, files) {
-        Ok(manifest) => Ok(Outcome {
+    let done = reconstruct(&config, request, source, options, start).and_then(|report| {
+        Ok((write(&mut folder, config, request.seed, inputs, &report)?, report))
+    });
+    match done {
+        Ok((manifest, report)) => Ok(Outcome {
             folder: folder.path().to_path_buf(),
             manifest,
             notes: answer::notes(&report),
@@ -327,12 +315,13 @@ fn quality_of(report: &Report) -> Result<Option<Quality>> {
 
 fn write(
     folder: &mut Folder,
-    config: Config,
+    mut config: Config,
     seed: u64,
     inputs: FileInputs,
     report: &Report,
-    files: Vec<(String, Vec<u8>)>,
 ) -> Result<Manifest> {
+    let files = outputs::encode(report)?;
+    config.generations = report.generations();
     let mut table = toml::Table::try_from(config)?;
     for file in inputs.into_files() {
         folder.write(&file.copy, &file.bytes)?;

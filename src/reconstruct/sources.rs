@@ -21,6 +21,9 @@ const LEAST: usize = 16;
 /// Longer sides are worked on at a whole fraction of their size.
 const LARGEST: usize = 512;
 
+/// Most pixels to an element of an example.
+const MAGNIFIED: usize = 64;
+
 /// A picture that the program makes.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -36,7 +39,7 @@ pub struct Example {
     /// Whether the mask is kept back, so that it has to be found.
     #[serde(default)]
     pub find: bool,
-    /// Pixels to an element, for classes without chance.
+    /// Pixels to an element, for classes without chance, in [1, 64].
     #[serde(default = "three")]
     pub magnify: usize,
 }
@@ -113,7 +116,7 @@ pub(super) fn load(config: &Config, request: &Request, inputs: &FileInputs) -> R
             levels = read;
             (picture, given, truth)
         }
-        (None, Some(example)) => make(example, config)?,
+        (None, Some(example)) => make(example, config, request)?,
         (None, None) => bail!(located(Error::config("picture", "missing"))),
         (Some(_), Some(_)) => {
             bail!(located(Error::config("example", "a picture is given already")))
@@ -223,8 +226,13 @@ fn same_size(key: &str, field: &Field, picture: &Field) -> Result<(), Error> {
 type Made = (Field, Option<Vec<bool>>, Option<Vec<bool>>);
 
 /// Runs a class in the middle of its ranges and hides a part.
-fn make(example: &Example, config: &Config) -> Result<Made> {
-    let (classes, _) = database::load(config.database.as_ref().map(Path::new))?;
+fn make(example: &Example, config: &Config, request: &Request) -> Result<Made> {
+    let folder = config.database.as_ref().map(|folder| find(request, folder));
+    let (classes, _) = database::load(folder.as_deref())?;
+    if !(1..=MAGNIFIED).contains(&example.magnify) {
+        let (value, range) = (example.magnify as f64, format!("[1, {MAGNIFIED}]"));
+        return Err(request.locate(Error::range("example.magnify", value, &range)));
+    }
     let Some(class) = classes.find(&example.class) else {
         bail!("example.class: no class `{}`; `patterns database list` has them", example.class);
     };
@@ -235,7 +243,7 @@ fn make(example: &Example, config: &Config) -> Result<Made> {
     let middle = vec![0.5; class.ranges.len()];
     let mut pattern = simulate(class, &middle, example.seed, &NoInputs)?;
     if !class.free_seeds {
-        pattern = pattern.magnify(example.magnify.max(1));
+        pattern = pattern.magnify(example.magnify);
     }
     let harmed = harm(&pattern, kind, example.share, example.seed)?;
     let given = (!example.find).then_some(harmed.visible);

@@ -403,6 +403,17 @@ fn pictures_that_cannot_be_reconstructed() {
     lab.refuses(&with(&["dots.png", "--budget", "0"]), &["--budget 0", "(0,"]);
     lab.refuses(&with(&["--example", "spots"]), &["spots", "database list"]);
     lab.refuses(&with(&["--evaluate", "nowhere"]), &["--evaluate nowhere", "labels.csv"]);
+    // A folder that is not empty is refused before the work, and left as it is.
+    let occupied = ["--example", "topology-row-l", "--out", "full"];
+    lab.write(
+        "magnified.toml",
+        b"command = 'reconstruct'\n[config.example]\n\
+        class = 'topology-row-l'\nseed = 1\nharm = 'box'\nshare = 0.25\nmagnify = 65\n",
+    );
+    lab.refuses(&["run", "magnified.toml"], &["magnified.toml", "example.magnify", "[1, 64]"]);
+    fs::create_dir(lab.path("full")).unwrap();
+    lab.write("full/own.txt", b"mine");
+    lab.refuses(&with(&occupied), &["--out full", "not empty", "--force"]);
     // A picture of 20000 x 20000 pixels in a file of a few bytes, which claims them.
     let mut huge = b"P5 20000 20000 255\n".to_vec();
     huge.extend([0; 64]);

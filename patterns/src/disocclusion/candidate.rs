@@ -68,7 +68,7 @@ pub(super) fn watch(
 }
 
 /// The picture in ink of an artifact that is one.
-fn ink_of(artifact: &Artifact) -> Option<Ink> {
+pub(super) fn ink_of(artifact: &Artifact) -> Option<Ink> {
     match artifact {
         Artifact::Image(image) | Artifact::Drawing { image, .. } => black_and_white(image),
         _ => None,

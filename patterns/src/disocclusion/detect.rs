@@ -124,23 +124,24 @@ fn flat(picture: &Field, all: &[bool]) -> Result<Vec<bool>> {
         let alike = |n: usize| (values[n] - level).abs() <= step;
         let grown = grow(&grow(&inside, [ny, nx], alike), [ny, nx], alike);
         let rim = grow(&grown, [ny, nx], |n| !grown[n]);
+        let own: Vec<usize> = (0..values.len()).filter(|&n| grown[n]).collect();
         let around = (0..values.len()).filter(|&n| rim[n] && !grown[n]);
         let (mut darker, mut lighter) = (0.0, 0.0);
         for n in around {
             darker += f64::from(u8::from(values[n] < level - step));
             lighter += f64::from(u8::from(values[n] > level + step));
         }
-        regions.push((level, [darker, lighter], grown));
+        regions.push((level, [darker, lighter], own));
     }
     let mut hidden = vec![false; values.len()];
-    for (level, _, grown) in &regions {
+    for (level, _, own) in &regions {
         // Occluders of one level are judged together: a small one may touch one colour only.
         let mut sides = [0.0; 2];
         for (_, counts, _) in regions.iter().filter(|r| (r.0 - level).abs() <= step) {
             sides.iter_mut().zip(counts).for_each(|(s, c)| *s += c);
         }
         if sides.iter().all(|&s| s > SIDES * (sides[0] + sides[1])) {
-            hidden.iter_mut().zip(grown).for_each(|(h, g)| *h |= g);
+            own.iter().for_each(|&n| hidden[n] = true);
         }
     }
     if !hidden.contains(&true) {

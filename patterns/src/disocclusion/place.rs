@@ -60,6 +60,11 @@ impl Frame {
         Self { shape, other, sin, cos }
     }
 
+    /// Pixels of the candidate to a pixel of the picture.
+    pub(super) fn scale(&self) -> f64 {
+        self.sin.hypot(self.cos)
+    }
+
     /// The candidate's pixel under the picture's pixel `n`; none outside.
     pub(super) fn find(&self, n: usize) -> Option<usize> {
         let ([ny, nx], [cy, cx]) = (self.shape, self.other);
