@@ -4,6 +4,7 @@
 //! with shape `[nz, ny, nx]` (absent axes have size 1); node `(k, j, i)` sits at
 //! `x = i h, y = j h, z = k h`. Inside a front `phi < 0`, everywhere.
 
+mod aligned;
 pub mod blur;
 pub mod boundary;
 pub mod cluster;
@@ -30,6 +31,7 @@ pub mod stability;
 pub mod texture;
 pub mod transport;
 
+pub use aligned::Aligned;
 pub use boundary::Boundary;
 pub use error::{Error, Result};
 pub use field::Field;

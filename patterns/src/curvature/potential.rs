@@ -1,6 +1,7 @@
 //! Phase fields of a given mass from vector potentials: `u = k * (div A + m0)`.
 
 use super::energy::Spatial;
+use pulp::{Arch, NullaryFnOnce};
 use solvers::blur::{Blur, BlurEdges, Planes};
 use solvers::{Error, Float, Result};
 
@@ -109,48 +110,57 @@ struct Divergence<'a, T> {
 }
 
 impl<T: Float> Planes<T> for Divergence<'_, T> {
+    fn plane<'a>(&'a self, k: usize, buffer: &'a mut [T]) -> &'a [T] {
+        Arch::new().dispatch(Plane { divergence: self, k, out: buffer });
+        buffer
+    }
+}
+
+/// A plane of it.
+struct Plane<'a, 'b, T> {
+    divergence: &'a Divergence<'b, T>,
+    k: usize,
+    out: &'a mut [T],
+}
+
+impl<T: Float> NullaryFnOnce for Plane<'_, '_, T> {
+    type Output = ();
+
     #[inline(always)]
-    fn plane(&self, k: usize, out: &mut [T]) {
-        let [nz, ny, nx] = self.shape;
-        let [az, ay, ax] = self.a;
-        let half = self.half;
+    fn call(self) {
+        let Self { divergence: Divergence { shape: [nz, ny, nx], half, a, m0 }, k, out } = self;
+        let (nz, ny, nx) = (*nz, *ny, *nx);
+        let [az, ay, ax] = *a;
         for (j, out) in out.chunks_exact_mut(nx).enumerate() {
             let line = |k: usize, j: usize| (k * ny + j) * nx;
             let row = |k: usize, j: usize| line(k, j)..line(k, j) + nx;
-            let above = &az[row((k + 1) % nz, j)];
-            let below = &az[row((k + nz - 1) % nz, j)];
-            let south = &ay[row(k, (j + 1) % ny)];
-            let north = &ay[row(k, (j + ny - 1) % ny)];
-            let along = &ax[row(k, j)];
-            cross(half, [above, below, south, north], out);
-            match self.m0 {
-                Mass::Uniform(m0) => {
-                    for out in out.iter_mut() {
-                        *out = *out + *m0;
-                    }
-                }
+            let near = [
+                &az[row((k + 1) % nz, j)],
+                &az[row((k + nz - 1) % nz, j)],
+                &ay[row(k, (j + 1) % ny)],
+                &ay[row(k, (j + ny - 1) % ny)],
+                &ax[row(k, j)],
+            ];
+            match m0 {
+                Mass::Uniform(m0) => row_of(*half, near, |_| *m0, out),
                 Mass::Map(m0) => {
-                    for (out, &m0) in out.iter_mut().zip(&m0[line(k, j)..]) {
-                        *out = *out + m0;
-                    }
+                    let m0 = &m0[row(k, j)];
+                    row_of(*half, near, |i| m0[i], out);
                 }
             }
-            let (west, east) = (&along[..nx - 2], &along[2..]);
-            for (out, (&west, &east)) in out[1..nx - 1].iter_mut().zip(west.iter().zip(east)) {
-                *out = *out + half * (east - west);
-            }
-            out[0] = out[0] + half * (along[1] - along[nx - 1]);
-            out[nx - 1] = out[nx - 1] + half * (along[0] - along[nx - 2]);
         }
     }
 }
 
-/// `half ((a - b) + (c - d))`.
+/// `half ((above - below) + (south - north)) + m0 + half (east - west)`, the row periodic.
 #[inline(always)]
-fn cross<T: Float>(half: T, [a, b, c, d]: [&[T]; 4], out: &mut [T]) {
+fn row_of<T: Float>(half: T, near: [&[T]; 5], m0: impl Fn(usize) -> T, out: &mut [T]) {
     let n = out.len();
-    let (a, b, c, d) = (&a[..n], &b[..n], &c[..n], &d[..n]);
-    for i in 0..n {
-        out[i] = half * ((a[i] - b[i]) + (c[i] - d[i]));
+    let [above, below, south, north, along] = near.map(|row| &row[..n]);
+    let across = |i: usize| half * ((above[i] - below[i]) + (south[i] - north[i])) + m0(i);
+    for i in 1..n - 1 {
+        out[i] = across(i) + half * (along[i + 1] - along[i - 1]);
     }
+    out[0] = across(0) + half * (along[1] - along[n - 1]);
+    out[n - 1] = across(n - 1) + half * (along[0] - along[n - 2]);
 }

@@ -68,6 +68,18 @@ impl<T: Float> Axis<T> {
         }
     }
 
+    /// Fills the rows of `width` that stand before the first and behind the last: `radius` on
+    /// either side.
+    #[inline(always)]
+    pub(super) fn extend_rows(&self, rows: &mut [T], width: usize) {
+        let r = self.radius;
+        let n = self.source.len() - 2 * r;
+        for p in (0..r).chain(r + n..n + 2 * r) {
+            let first = (r + self.source[p]) * width;
+            rows.copy_within(first..first + width, p * width);
+        }
+    }
+
     /// Terms of the transposed sums within reach of the ends.
     fn transposed_ends(&self, n: usize, weights: &[f64]) -> Vec<(usize, Vec<(usize, T)>)> {
         let reach = weights.len() - 1;

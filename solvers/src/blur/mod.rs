@@ -9,7 +9,7 @@ mod axis;
 mod tests;
 
 use crate::slab::planes_per_slab;
-use crate::{Error, Float, Result};
+use crate::{Aligned, Error, Float, Result};
 use axis::{Axis, GROUP};
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
@@ -33,8 +33,8 @@ pub enum BlurEdges {
 
 /// Gives planes to a blur.
 pub trait Planes<T>: Sync {
-    /// Writes plane `k`, row-major.
-    fn plane(&self, k: usize, out: &mut [T]);
+    /// Plane `k`, row-major; made in `buffer`, of its size, if it is not stored.
+    fn plane<'a>(&'a self, k: usize, buffer: &'a mut [T]) -> &'a [T];
 }
 
 /// The planes of a stored field.
@@ -42,8 +42,8 @@ pub trait Planes<T>: Sync {
 pub struct Stored<'a, T>(pub &'a [T]);
 
 impl<T: Float> Planes<T> for Stored<'_, T> {
-    fn plane(&self, k: usize, out: &mut [T]) {
-        out.copy_from_slice(&self.0[k * out.len()..][..out.len()]);
+    fn plane<'a>(&'a self, k: usize, buffer: &'a mut [T]) -> &'a [T] {
+        &self.0[k * buffer.len()..][..buffer.len()]
     }
 }
 
@@ -62,8 +62,14 @@ pub struct Blur<T> {
 
 #[derive(Clone, Debug)]
 struct Work<T> {
-    planes: [Vec<T>; 2],
-    line: Vec<T>,
+    plane: Aligned<T>,
+    /// A row with what stands beyond its ends, and up to a whole chunk.
+    line: Aligned<T>,
+    /// The plane blurred along x, with what stands beyond its first and last rows; rows of whole
+    /// chunks, the rest of which means nothing.
+    turned: Aligned<T>,
+    /// The same blurred along y.
+    blurred: Aligned<T>,
 }
 
 impl<T: Float> Blur<T> {
@@ -108,19 +114,23 @@ impl<T: Float> Blur<T> {
         assert_eq!(between.len(), nz * ny * nx, "one number per voxel");
         let slab = self.slab();
         let zero = T::from_f64(0.0);
-        let line = nx + 2 * self.axes[2].radius();
+        let wide = nx.next_multiple_of(CHUNK);
+        let line = wide + 2 * self.axes[2].radius();
+        let rows = ny + 2 * self.axes[1].radius();
         self.work.resize_with(nz.div_ceil(slab), || Work {
-            planes: [vec![zero; ny * nx], vec![zero; ny * nx]],
-            line: vec![zero; line],
+            plane: Aligned::new(ny * nx, zero),
+            line: Aligned::new(line, zero),
+            turned: Aligned::new(rows * wide, zero),
+            blurred: Aligned::new(ny * wide, zero),
         });
-        let (axes, nx_ny) = (&self.axes, [nx, ny]);
+        let axes = &self.axes;
         let parts = between.par_chunks_mut(slab * ny * nx).zip(self.work.par_iter_mut());
         parts.enumerate().for_each(|(index, (out, work))| {
-            let Work { planes: [source, turned], line } = work;
+            let Work { plane, line, turned, blurred } = work;
             for (k, out) in (index * slab..).zip(out.chunks_exact_mut(ny * nx)) {
-                planes.plane(k, source);
+                let source = planes.plane(k, plane);
                 let transposed = TRANSPOSED;
-                T::blur_plane(Inner { axes, nx_ny, transposed, source, turned, line, out });
+                T::blur_plane(Inner { axes, nx, transposed, source, line, turned, blurred, out });
             }
         });
     }
@@ -164,11 +174,12 @@ sums!(f32, f64);
 #[derive(Debug)]
 pub struct Inner<'a, T> {
     axes: &'a [Axis<T>; 3],
-    nx_ny: [usize; 2],
+    nx: usize,
     transposed: bool,
     source: &'a [T],
-    turned: &'a mut [T],
     line: &'a mut [T],
+    turned: &'a mut [T],
+    blurred: &'a mut [T],
     out: &'a mut [T],
 }
 
@@ -177,9 +188,11 @@ impl<T: Float> NullaryFnOnce for Inner<'_, T> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { axes: [_, along_y, along_x], nx_ny: [nx, _], transposed, .. } = self;
-        let Self { source, turned, line, out, .. } = self;
-        for (row, out) in source.chunks_exact(nx).zip(turned.chunks_exact_mut(nx)) {
+        let Self { axes: [_, along_y, along_x], nx, transposed, .. } = self;
+        let Self { source, line, turned, blurred, out, .. } = self;
+        let (wide, above) = (nx.next_multiple_of(CHUNK), along_y.radius());
+        let inside = &mut turned[above * wide..];
+        for (row, out) in source.chunks_exact(nx).zip(inside.chunks_exact_mut(wide)) {
             along_x.extend(row, line);
             let steps = Steps { source: &*line, rows: &along_x.steps, stride: 1, offset: 0 };
             steps.sum(&along_x.taps, out);
@@ -189,14 +202,19 @@ impl<T: Float> NullaryFnOnce for Inner<'_, T> {
                 }
             }
         }
-        for (j, out) in out.chunks_exact_mut(nx).enumerate() {
-            let rows = along_y.rows(j);
-            let steps = Steps { source: &*turned, rows, stride: nx, offset: 0 };
+        along_y.extend_rows(turned, wide);
+        // Rows end to end: short ones take as long to set out as to add.
+        for (start, out) in (0..).step_by(STRETCH).zip(blurred.chunks_mut(STRETCH)) {
+            let steps =
+                Steps { source: &*turned, rows: &along_y.steps, stride: wide, offset: start };
             steps.sum(&along_y.taps, out);
+        }
+        for (row, out) in blurred.chunks_exact(wide).zip(out.chunks_exact_mut(nx)) {
+            out.copy_from_slice(&row[..nx]);
         }
         if transposed {
             for (j, terms) in &along_y.ends {
-                let row = |o: usize| &turned[o * nx..][..nx];
+                let row = |o: usize| &turned[(above + o) * wide..][..nx];
                 weighted(terms, row, &mut out[j * nx..][..nx]);
             }
         }

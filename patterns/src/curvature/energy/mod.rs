@@ -250,8 +250,8 @@ impl<T: Scalar> Energy<T> {
     fn evaluate(&mut self, u: &[T], gradient: &mut [T]) -> f64 {
         assert_eq!(u.len(), self.voxels(), "one number per voxel");
         let [nz, ny, nx] = self.config.shape;
-        let slab = planes_per_slab(nz, u.len());
-        let slabs = nz.div_ceil(slab);
+        let planes = planes_per_slab(nz, u.len());
+        let slabs = nz.div_ceil(planes);
         let general = matches!(self.source, Source::Fields(_));
         if self.work.len() != slabs {
             self.work.resize_with(slabs, || Work::new(self.config.shape, general));
@@ -259,10 +259,10 @@ impl<T: Scalar> Energy<T> {
         let edges = self.config.edges;
         let job = Job { shape: self.config.shape, edges, k: self.k, source: &self.source, u };
         let run = |index: usize, energies: &mut [f64], gradient: &mut [T], work: &mut Work<T>| {
-            let task = Task { job: &job, first: index * slab, energies, gradient, work };
+            let task = Task { job: &job, first: index * planes, energies, gradient, work };
             T::densities(task);
         };
-        let energies = self.planes.par_chunks_mut(slab);
+        let energies = self.planes.par_chunks_mut(planes);
         let work = self.work.par_iter_mut();
         if slabs == 1 {
             run(0, &mut self.planes, gradient, &mut self.work[0]);
@@ -270,10 +270,14 @@ impl<T: Scalar> Energy<T> {
             let tasks = energies.zip(work).enumerate();
             tasks.for_each(|(index, (energies, work))| run(index, energies, &mut [], work));
         } else {
-            let tasks = gradient.par_chunks_mut(slab * ny * nx).zip(energies).zip(work).enumerate();
+            let tasks =
+                gradient.par_chunks_mut(planes * ny * nx).zip(energies).zip(work).enumerate();
             tasks.for_each(|(index, ((gradient, energies), work))| {
                 run(index, energies, gradient, work);
             });
+        }
+        if !gradient.is_empty() {
+            slab::join(&self.work, edges, [planes, ny * nx], gradient);
         }
         self.planes.iter().sum::<f64>() * self.config.dx.powi(3)
     }

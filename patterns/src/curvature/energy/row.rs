@@ -42,6 +42,11 @@ const BLOCK: usize = 4;
 /// What the first stage leaves to the others.
 const KEPT: usize = 18;
 
+/// What the stages leave of a chunk, each number at the start of a vector.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Lanes<T, const N: usize>([[T; CHUNK]; N]);
+
 /// Densities of a row of `e.len()` chunks into `e`, and their derivatives into `out`,
 /// [`FIELDS`] padded rows. What is written behind the last voxel is not part of the row.
 #[inline(always)]
@@ -53,23 +58,23 @@ pub(super) fn row<T: Float, const KIND: u8>(
     out: &mut [T],
 ) {
     let zero = T::from_f64(0.0);
-    let mut kept = [[[zero; CHUNK]; KEPT]; BLOCK];
-    let mut roots = [[[zero; CHUNK]; 2]; BLOCK];
+    let mut kept = [Lanes([[zero; CHUNK]; KEPT]); BLOCK];
+    let mut roots = [Lanes([[zero; CHUNK]; 2]); BLOCK];
     let count = e.len();
     for first in (0..count).step_by(BLOCK) {
         let block = BLOCK.min(count - first);
         for b in 0..block {
             let d =
-                measure::<T, KIND>(near, weights, k, first + b, &mut kept[b], &mut e[first + b]);
-            roots[b][0] = d;
+                measure::<T, KIND>(near, weights, k, first + b, &mut kept[b].0, &mut e[first + b]);
+            roots[b].0[0] = d;
         }
         for roots in &mut roots[..block] {
-            take_roots(k, roots);
+            take_roots(k, &mut roots.0);
         }
         for b in 0..block {
             let u = &near.plane[1].here[first + b];
             let e = &mut e[first + b];
-            differentiate::<T, KIND>(weights, k, first + b, (u, &kept[b], &roots[b]), e, out);
+            differentiate::<T, KIND>(weights, k, first + b, (u, &kept[b].0, &roots[b].0), e, out);
         }
     }
 }

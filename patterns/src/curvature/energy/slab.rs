@@ -2,16 +2,16 @@
 //!
 //! Plane by plane and row by row, derivatives of the density are computed into three rows
 //! that stay in the first-level cache, and are gathered from there into the gradient's own
-//! plane and the two next to it. A slab recomputes the planes next to it, so that slabs
-//! need nothing of each other; a voxel's sums are always taken in the same order, so that
-//! any slabs give the same bytes.
+//! plane and the two next to it. What falls on planes of other slabs is kept aside until all
+//! are done ([`join`]); a voxel's sum is always own + plane above + plane below, so that any
+//! slabs give the same bytes.
 
 use super::Edges;
 use super::assemble::{assemble, assemble_at};
 use super::local::{Constants, FIELDS, Weights};
 use super::row::{RowWeights, row};
 use super::rows::{Along, CHUNK, Near, PAD, chunks, stride};
-use solvers::Float;
+use solvers::{Aligned, Float};
 
 /// Number of rows of weights: c1 to c6, mu, theta.
 pub(super) const WEIGHTS: usize = 10;
@@ -32,6 +32,56 @@ pub(super) enum Spread<T> {
     Map(Vec<T>),
 }
 
+/// Where contributions of a plane go: to the gradient from a number on, or to one of
+/// [`Work::aside`].
+#[derive(Clone, Copy)]
+enum Target {
+    Gradient(usize),
+    Aside(usize),
+}
+
+/// Numbers in [`Work::aside`] of contributions to the planes before and behind the slab.
+const BEFORE: usize = 3;
+const BEHIND: usize = 4;
+
+/// Number in [`Work::aside`] of what plane `k - 1` contributes to plane `k`.
+fn turn(k: isize) -> usize {
+    k.rem_euclid(3) as usize
+}
+
+/// Adds what slabs of `planes` planes kept aside for each other.
+pub(super) fn join<T: Float>(
+    work: &[Work<T>],
+    edges: Edges,
+    [planes, plane]: [usize; 2],
+    gradient: &mut [T],
+) {
+    let last = work.len() - 1;
+    let periodic = edges == Edges::Periodic;
+    for (index, gradient) in gradient.chunks_mut(planes * plane).enumerate() {
+        let count = gradient.len() / plane;
+        let end = &mut gradient[(count - 1) * plane..];
+        if periodic || index < last {
+            add(end, &work[if index < last { index + 1 } else { 0 }].aside[BEFORE]);
+        }
+        if count > 1 {
+            let k = index * planes + count - 1;
+            add(end, &work[index].aside[turn(k as isize)]);
+        }
+        if periodic || index > 0 {
+            let before = if index > 0 { index - 1 } else { last };
+            add(&mut gradient[..plane], &work[before].aside[BEHIND]);
+        }
+    }
+}
+
+#[inline(always)]
+fn add<T: Float>(sums: &mut [T], terms: &[T]) {
+    for (sum, &term) in sums.iter_mut().zip(terms) {
+        *sum = *sum + term;
+    }
+}
+
 /// What all slabs share.
 pub(super) struct Job<'a, T> {
     pub(super) shape: [usize; 3],
@@ -45,24 +95,28 @@ pub(super) struct Job<'a, T> {
 #[derive(Clone, Debug)]
 pub(super) struct Work<T> {
     /// Three planes of u, padded on all sides.
-    planes: Vec<T>,
+    planes: Aligned<T>,
     /// Derivatives in three rows, and a row of zeros.
-    slots: [Vec<T>; 4],
+    slots: [Aligned<T>; 4],
     /// Contributions of a row to three planes.
-    parts: [Vec<T>; 3],
+    parts: [Aligned<T>; 3],
+    /// Contributions that wait: in turn those of a plane to the next one, added last; those to
+    /// the planes before and behind the slab.
+    aside: [Aligned<T>; 5],
     energy: Vec<[T; CHUNK]>,
-    weights: Vec<T>,
+    weights: Aligned<T>,
 }
 
 impl<T: Float> Work<T> {
     pub(super) fn new([_, ny, nx]: [usize; 3], general: bool) -> Self {
         let (zero, stride) = (T::from_f64(0.0), stride(nx));
         Self {
-            planes: vec![zero; 3 * (ny + 2) * stride],
-            slots: std::array::from_fn(|_| vec![zero; FIELDS * stride]),
-            parts: std::array::from_fn(|_| vec![zero; stride]),
+            planes: Aligned::new(3 * (ny + 2) * stride, zero),
+            slots: std::array::from_fn(|_| Aligned::new(FIELDS * stride, zero)),
+            parts: std::array::from_fn(|_| Aligned::new(stride, zero)),
+            aside: std::array::from_fn(|_| Aligned::default()),
             energy: vec![[zero; CHUNK]; nx.div_ceil(CHUNK)],
-            weights: vec![zero; if general { WEIGHTS * stride } else { 0 }],
+            weights: Aligned::new(if general { WEIGHTS * stride } else { 0 }, zero),
         }
     }
 }
@@ -82,33 +136,46 @@ impl<T: Float> Job<'_, T> {
         let (start, end) = (first as isize, (first + energies.len()) as isize);
         let plane = ny * nx;
         let bounds = self.edges.energy_range(nz);
-        let halo = isize::from(!gradient.is_empty());
+        let (periodic, wanted) = (self.edges == Edges::Periodic, !gradient.is_empty());
+        let zero = T::from_f64(0.0);
         energies.fill(0.0);
-        if halo == 1 {
-            gradient[..plane].fill(T::from_f64(0.0));
+        if wanted {
+            for aside in &mut work.aside {
+                if aside.len() == plane {
+                    aside.fill(zero);
+                } else {
+                    *aside = Aligned::new(plane, zero);
+                }
+            }
         }
-        for near in [start - halo - 1, start - halo] {
+        for near in [start - 1, start] {
             self.load(near, work);
         }
-        for k in start - halo..end + halo {
+        for k in start..end {
             self.load(k + 1, work);
-            if halo == 1 && k >= start && k + 1 < end {
-                let next = (k + 1 - start) as usize;
-                gradient[next * plane..][..plane].fill(T::from_f64(0.0));
+            let own = (k - start) as usize * plane;
+            let mut targets = None;
+            if wanted {
+                gradient[own..][..plane].fill(zero);
+                work.aside[turn(k + 1)].fill(zero);
+                // Contributions that leave the box fall on the plane they were copied from.
+                let above = match k + 1 {
+                    next if !periodic && next == nz as isize => Target::Gradient(own),
+                    next if next < end => Target::Aside(turn(next)),
+                    _ => Target::Aside(BEHIND),
+                };
+                let below = match k {
+                    0 if !periodic => Target::Gradient(own),
+                    _ if k > start => Target::Gradient(own - plane),
+                    _ => Target::Aside(BEFORE),
+                };
+                targets = Some([Target::Gradient(own), above, below]);
             }
-            if self.edges != Edges::Periodic && !bounds.contains(&k) {
-                continue;
+            if periodic || bounds.contains(&k) {
+                energies[(k - start) as usize] = self.plane::<KIND>(k, targets, gradient, work);
             }
-            // Contributions that leave the box fall on the plane they were copied from.
-            let target = |k: isize| {
-                let k = if self.edges == Edges::Periodic { k } else { k.clamp(0, nz as isize - 1) };
-                (k >= start && k < end).then(|| (k - start) as usize * plane)
-            };
-            let targets =
-                if halo == 1 { [target(k), target(k + 1), target(k - 1)] } else { [None; 3] };
-            let energy = self.plane::<KIND>(k, targets, gradient, work);
-            if k >= start && k < end {
-                energies[(k - start) as usize] = energy;
+            if wanted && k > start + 1 {
+                add(&mut gradient[own - plane..][..plane], &work.aside[turn(k - 1)]);
             }
         }
     }
@@ -118,38 +185,37 @@ impl<T: Float> Job<'_, T> {
     fn plane<const KIND: u8>(
         &self,
         k: isize,
-        targets: [Option<usize>; 3],
+        targets: Option<[Target; 3]>,
         gradient: &mut [T],
         work: &mut Work<T>,
     ) -> f64 {
         let [_, ny, nx] = self.shape;
         let rows = self.edges.energy_range(ny);
         let periodic = self.edges == Edges::Periodic;
-        let wanted = !gradient.is_empty();
         let mut sum = 0.0;
         // Row j is gathered when row j + 1 is there.
         let last = ny as isize + isize::from(!periodic);
         for j in -1..=last {
             let inside = (0..ny as isize).contains(&j);
-            if rows.contains(&j) || (periodic && wanted) {
+            if rows.contains(&j) || (periodic && targets.is_some()) {
                 self.derivatives::<KIND>(k, j, work);
                 if inside {
                     sum += self.row_sum(&work.energy);
                 }
             }
             let gathered = j - 1;
-            if !wanted || gathered < if periodic { 0 } else { -1 } {
+            let Some(targets) = targets else { continue };
+            if gathered < if periodic { 0 } else { -1 } {
                 continue;
             }
             self.gather(gathered, work);
             let row = gathered.clamp(0, ny as isize - 1) as usize * nx;
             for (target, part) in targets.iter().zip(&work.parts) {
-                if let Some(first) = target {
-                    let sums = &mut gradient[first + row..][..nx];
-                    for (sum, &part) in sums.iter_mut().zip(&part[PAD..]) {
-                        *sum = *sum + part;
-                    }
-                }
+                let sums = match *target {
+                    Target::Gradient(first) => &mut gradient[first + row..][..nx],
+                    Target::Aside(n) => &mut work.aside[n][row..][..nx],
+                };
+                add(sums, &part[PAD..][..nx]);
             }
         }
         sum

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use solvers::blur::{Blur, BlurEdges, Stored};
 use solvers::optimize::{Lbfgs, LbfgsConfig};
 use solvers::spectral::{Multiplier, Transforms};
-use solvers::{Error, Result, diffusion::explicit::Real, field};
+use solvers::{Aligned, Error, Result, diffusion::explicit::Real, field};
 use std::sync::Arc;
 
 /// Constants of the L2 flow.
@@ -55,8 +55,8 @@ struct Function<T> {
     mask: Option<Mask<T>>,
     /// Gradient of the mean of u, normalized, if the mean is kept.
     mean: Option<Arc<[T]>>,
-    u: Vec<T>,
-    between: Vec<T>,
+    u: Aligned<T>,
+    between: Aligned<T>,
 }
 
 impl<T: Scalar + Transforms> Descent<T> {
@@ -90,7 +90,7 @@ impl<T: Scalar + Transforms> Descent<T> {
         let mut blur = config.sigma.map(|sigma| Blur::new(shape, sigma, edges)).transpose()?;
         let inverse = config.beta.map(|beta| preconditioner(energy.config(), beta, -1.0));
         let inverse = inverse.transpose()?;
-        let mut between = vec![T::zero(); n];
+        let mut between = Aligned::new(n, T::zero());
         let mean = keep_mass.then(|| {
             let scale = 1.0 / (n as f64).sqrt();
             let mut mean = vec![<T as Real>::from_f64(scale); n];
@@ -102,7 +102,7 @@ impl<T: Scalar + Transforms> Descent<T> {
             Arc::from(mean)
         });
         let solver = Lbfgs::new(config.lbfgs, v)?;
-        let u = vec![T::zero(); n];
+        let u = Aligned::new(n, T::zero());
         let mut function = Function { energy, blur, mask, mean, u, between };
         function.phase(solver.x());
         let turned = if inverse.is_some() { vec![T::zero(); n] } else { Vec::new() };

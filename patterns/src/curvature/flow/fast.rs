@@ -6,10 +6,10 @@ use crate::curvature::Mask;
 use crate::curvature::energy::{Energy, Scalar};
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
-use solvers::Result;
 use solvers::optimize::{Adam, AdamConfig};
 use solvers::spectral::Multiplier;
 use solvers::spectral::Transforms;
+use solvers::{Aligned, Result};
 
 /// Variables that are updated together.
 const PART: usize = 4096;
@@ -40,13 +40,13 @@ pub struct Fast<T: Transforms> {
     energy: Energy<T>,
     root: Multiplier<T>,
     mask: Option<Mask<T>>,
-    start: Vec<T>,
+    start: Aligned<T>,
     /// y, mean gradient, mean squared gradient.
-    state: [Vec<T>; 3],
+    state: [Aligned<T>; 3],
     steps: u64,
-    u: Vec<T>,
-    gradient: Vec<T>,
-    transformed: Vec<T>,
+    u: Aligned<T>,
+    gradient: Aligned<T>,
+    transformed: Aligned<T>,
     norms: Vec<f64>,
 }
 
@@ -63,7 +63,8 @@ impl<T: Scalar + Transforms> Fast<T> {
         let n = energy.voxels();
         assert_eq!(u0.len(), n, "one number per voxel");
         let root = preconditioner(energy.config(), config.beta, -0.5)?;
-        let zeros = || vec![T::zero(); n];
+        let zeros = || Aligned::new(n, T::zero());
+        let u0 = Aligned::from(&u0[..]);
         let (gradient, transformed) = (zeros(), zeros());
         Ok(Self {
             config,
@@ -119,7 +120,7 @@ impl<T: Scalar + Transforms> Fast<T> {
 
     fn compute_phase(&mut self) {
         self.root.apply(&self.state[0], &mut self.u);
-        self.u.par_iter_mut().zip(&self.start).for_each(|(u, &start)| *u = *u + start);
+        self.u.par_iter_mut().zip(&self.start[..]).for_each(|(u, &start)| *u = *u + start);
         if let Some(mask) = &self.mask {
             mask.fix(&mut self.u);
         }
@@ -142,7 +143,7 @@ impl<T: Scalar + Transforms> Fast<T> {
 
     /// y, mean gradient, mean squared gradient: with u0 and [`Fast::steps`] all that a
     /// checkpoint needs.
-    pub fn state(&self) -> &[Vec<T>; 3] {
+    pub fn state(&self) -> &[Aligned<T>; 3] {
         &self.state
     }
 
@@ -153,7 +154,7 @@ impl<T: Scalar + Transforms> Fast<T> {
     pub fn restore(&mut self, state: [Vec<T>; 3], steps: u64) {
         let n = self.energy.voxels();
         assert!(state.iter().all(|values| values.len() == n), "one number per voxel");
-        (self.state, self.steps) = (state, steps);
+        (self.state, self.steps) = (state.map(|values| Aligned::from(&values[..])), steps);
         self.compute_phase();
     }
 }

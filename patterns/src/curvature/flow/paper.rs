@@ -5,10 +5,10 @@ use crate::curvature::energy::{Energy, Scalar};
 use crate::curvature::{Mask, Potential};
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
-use solvers::Result;
 use solvers::optimize::{Adam, AdamConfig};
 use solvers::random::{stream, uniform};
 use solvers::slab::planes_per_slab;
+use solvers::{Aligned, Result};
 
 /// Constants of the published flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,13 +31,14 @@ pub struct Paper<T> {
     potential: Potential<T>,
     mask: Option<Mask<T>>,
     /// A, mean gradient, mean squared gradient; components along z, y, x.
-    state: [[Vec<T>; 3]; 3],
+    state: [[Aligned<T>; 3]; 3],
     steps: u64,
-    u: Vec<T>,
-    gradient: Vec<T>,
-    between: Vec<T>,
+    u: Aligned<T>,
+    gradient: Aligned<T>,
+    between: Aligned<T>,
     norms: Vec<f64>,
-    lines: Vec<Vec<T>>,
+    /// A plane of differences and one of zeros for each slab.
+    planes: Vec<Aligned<T>>,
 }
 
 /// The published start `A = 40 dx U`, U uniform in [0, 1): components along z, y, x.
@@ -79,11 +80,12 @@ impl<T: Scalar> Paper<T> {
         config.adam.check()?;
         let n = energy.voxels();
         assert!(a.iter().all(|a| a.len() == n), "one number per voxel");
-        let zeros = || vec![T::from_f64(0.0); n];
+        let zeros = || Aligned::new(n, T::from_f64(0.0));
+        let a = a.map(|a| Aligned::from(&a[..]));
         let state = [a, [zeros(), zeros(), zeros()], [zeros(), zeros(), zeros()]];
         let norms = vec![0.0; energy.config().shape[0]];
         let (u, gradient, between) = (zeros(), zeros(), zeros());
-        let (mask, lines) = (None, Vec::new());
+        let (mask, planes) = (None, Vec::new());
         let mut flow = Self {
             config,
             energy,
@@ -95,7 +97,7 @@ impl<T: Scalar> Paper<T> {
             gradient,
             between,
             norms,
-            lines,
+            planes,
         };
         flow.compute_phase();
         Ok(flow)
@@ -142,7 +144,7 @@ impl<T: Scalar> Paper<T> {
         let blurred = &self.gradient[..];
         let slab = planes_per_slab(nz, blurred.len());
         let size = slab * ny * nx;
-        self.lines.resize_with(nz.div_ceil(slab), || vec![T::from_f64(0.0); nx + 2]);
+        self.planes.resize_with(nz.div_ceil(slab), || Aligned::new(2 * ny * nx, T::from_f64(0.0)));
         let [a, m, v] = &mut self.state;
         let parts = a.iter_mut().zip(m).zip(v).map(|((a, m), v)| {
             let parts = a.par_chunks_mut(size).zip(m.par_chunks_mut(size));
@@ -153,11 +155,11 @@ impl<T: Scalar> Paper<T> {
             return 0.0;
         };
         let norms = self.norms.par_chunks_mut(slab);
-        let all = z.zip(y).zip(x).zip(norms).zip(self.lines.par_iter_mut()).enumerate();
-        all.for_each(|(index, ((((z, y), x), norms), line))| {
+        let all = z.zip(y).zip(x).zip(norms).zip(self.planes.par_iter_mut()).enumerate();
+        all.for_each(|(index, ((((z, y), x), norms), planes))| {
             let state = [z, y, x].map(|((a, m), v)| [a, m, v]);
             let first = index * slab;
-            let update = Update { shape, adam, factor, blurred, first, state, norms, line };
+            let update = Update { shape, adam, factor, blurred, first, state, norms, planes };
             Arch::new().dispatch(update);
         });
         self.norms.iter().sum::<f64>().sqrt()
@@ -180,7 +182,7 @@ impl<T: Scalar> Paper<T> {
 
     /// A, mean gradient, mean squared gradient, each along z, y, x: with [`Paper::steps`] all
     /// that a checkpoint needs.
-    pub fn state(&self) -> &[[Vec<T>; 3]; 3] {
+    pub fn state(&self) -> &[[Aligned<T>; 3]; 3] {
         &self.state
     }
 
@@ -191,7 +193,7 @@ impl<T: Scalar> Paper<T> {
     pub fn restore(&mut self, state: [[Vec<T>; 3]; 3], steps: u64) {
         let n = self.energy.voxels();
         assert!(state.iter().flatten().all(|values| values.len() == n), "one number per voxel");
-        self.state = state;
+        self.state = state.map(|fields| fields.map(|values| Aligned::from(&values[..])));
         self.steps = steps;
         self.compute_phase();
     }
@@ -206,7 +208,7 @@ struct Update<'a, T> {
     first: usize,
     state: [[&'a mut [T]; 3]; 3],
     norms: &'a mut [f64],
-    line: &'a mut [T],
+    planes: &'a mut [T],
 }
 
 impl<T: Scalar> NullaryFnOnce for Update<'_, T> {
@@ -214,29 +216,41 @@ impl<T: Scalar> NullaryFnOnce for Update<'_, T> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { shape: [nz, ny, nx], adam, factor, blurred, first, state, norms, line } = self;
+        let Self { shape: [nz, ny, nx], adam, factor, blurred, first, state, norms, planes } = self;
         let [[az, mz, vz], [ay, my, vy], [ax, mx, vx]] = state;
+        let size = ny * nx;
+        let (difference, none) = planes.split_at_mut(size);
         for (index, norm) in norms.iter_mut().enumerate() {
             let k = first + index;
-            *norm = 0.0;
-            for j in 0..ny {
-                let row = |k: usize, j: usize| &blurred[(k * ny + j) * nx..][..nx];
-                let part = (index * ny + j) * nx..(index * ny + j + 1) * nx;
-                let near = [row((k + 1) % nz, j), row((k + nz - 1) % nz, j)];
-                let at = part.clone();
-                let own = [&mut az[at.clone()], &mut mz[at.clone()], &mut vz[at]];
-                *norm += adam.update(own, near, factor);
-                let near = [row(k, (j + 1) % ny), row(k, (j + ny - 1) % ny)];
-                let at = part.clone();
-                let own = [&mut ay[at.clone()], &mut my[at.clone()], &mut vy[at]];
-                *norm += adam.update(own, near, factor);
-                let center = row(k, j);
-                line[1..=nx].copy_from_slice(center);
-                line[0] = center[nx - 1];
-                line[nx + 1] = center[0];
-                let own = [&mut ax[part.clone()], &mut mx[part.clone()], &mut vx[part]];
-                *norm += adam.update(own, [&line[2..nx + 2], &line[..nx]], factor);
+            let plane = |k: usize| &blurred[k % nz * size..][..size];
+            let own = index * size..(index + 1) * size;
+            let center = plane(k);
+            let near = [plane(k + 1), plane(k + nz - 1)];
+            let state = [&mut az[own.clone()], &mut mz[own.clone()], &mut vz[own.clone()]];
+            *norm = adam.update(state, near, factor);
+            // Long stretches: the tails of single numbers are as dear as the rest of a row.
+            let row = |j: usize| &center[j % ny * nx..][..nx];
+            let last = (ny - 1) * nx;
+            let stretches = [
+                (0..nx, [row(1), row(ny - 1)]),
+                (nx..last, [&center[2 * nx..], &center[..last - nx]]),
+                (last..size, [row(0), row(ny - 2)]),
+            ];
+            for (stretch, near) in stretches {
+                let at = index * size + stretch.start..index * size + stretch.end;
+                let state = [&mut ay[at.clone()], &mut my[at.clone()], &mut vy[at]];
+                *norm += adam.update(state, near, factor);
             }
+            for (row, out) in center.chunks_exact(nx).zip(difference.chunks_exact_mut(nx)) {
+                let inner = out[1..nx - 1].iter_mut();
+                for ((out, &west), &east) in inner.zip(&row[..nx - 2]).zip(&row[2..]) {
+                    *out = east - west;
+                }
+                out[0] = row[1] - row[nx - 1];
+                out[nx - 1] = row[0] - row[nx - 2];
+            }
+            let state = [&mut ax[own.clone()], &mut mx[own.clone()], &mut vx[own]];
+            *norm += adam.update(state, [difference, none], factor);
         }
     }
 }
