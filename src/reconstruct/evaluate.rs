@@ -280,7 +280,7 @@ fn identify(identifier: &Identifier, label: &Label, folder: &Path) -> Result<Row
     if normalize(&picture, &visible).is_err() {
         return Ok(Row { none: true, right: label.class == NONE, ..Row::default() });
     }
-    let (_, answer) = identifier.identify_picture(&picture, &visible, &NoInputs)?;
+    let answer = identifier.identify_at_scales(&picture, &visible, &NoInputs)?.answer;
     let Some(first) = answer.ranking.first() else {
         return Ok(Row { none: true, right: label.class == NONE, ..Row::default() });
     };

@@ -18,7 +18,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use patterns::{
     NoInputs,
     disocclusion::{
-        Answer, Identifier, Ink, Match, Normal, Placement, Quality, Refined, Refiner,
+        Answer, Identifier, Ink, Match, Normal, Placement, Quality, Refined, Refiner, Scaled,
         fill::{Fill, Filled, fill},
         grey_levels, normalize,
         scores::{Score, by_iteration},
@@ -190,8 +190,11 @@ fn reconstruct(
     let (classes, calibration) = database::load(base.as_deref())?;
     let identifier = Identifier::new(classes, &calibration)?;
     stages.say("comparing with every class");
-    let compared = identifier.identify_picture(&source.work, &source.work_visible, &NoInputs);
-    let (normal, answer) = compared.map_err(|e| request.locate(e))?;
+    let compared = identifier.identify_at_scales(&source.work, &source.work_visible, &NoInputs);
+    let Scaled { factor, picture, visible, normal, answer } =
+        compared.map_err(|e| request.locate(e))?;
+    source.factor *= factor;
+    (source.work, source.work_visible) = (picture, visible);
     let plain = normalize(&source.work, &source.work_visible).map_err(|e| request.locate(e))?;
     if plain.threshold != normal.threshold {
         source.split_truth_at_mean();

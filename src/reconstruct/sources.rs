@@ -8,18 +8,18 @@ use patterns::{
     disocclusion::{
         Occluder, at_mean,
         degrade::{HARMS, Harm, harm},
-        detect, normalize, simulate,
+        detect, normalize, reduced, simulate,
     },
 };
 use serde::{Deserialize, Serialize};
-use solvers::{Field, Grid};
+use solvers::Field;
 use std::path::{Path, PathBuf};
 
 /// Least number of rows and columns: less holds no statistics.
 const LEAST: usize = 16;
 
 /// Longer sides are worked on at a whole fraction of their size.
-const LARGEST: usize = 512;
+const LARGEST: usize = 1024;
 
 /// Most pixels to an element of an example.
 const MAGNIFIED: usize = 64;
@@ -132,7 +132,7 @@ pub(super) fn load(config: &Config, request: &Request, inputs: &FileInputs) -> R
     check_mask(&visible, detected.is_some()).map_err(located)?;
     let [ny, nx] = plane(&picture);
     let factor = ny.max(nx).div_ceil(LARGEST);
-    let (work, work_visible) = shrink(&picture, &visible, factor)?;
+    let (work, work_visible) = reduced(&picture, &visible, factor)?;
     let truth_levels = levels;
     Ok(Source { picture, visible, truth, truth_levels, detected, factor, work, work_visible })
 }
@@ -265,23 +265,4 @@ pub(super) fn harm_name(harm: Harm) -> &'static str {
         Harm::Invert => "invert",
         Harm::Rotate => "rotate",
     }
-}
-
-/// Means of squares of `factor` pixels; a square is visible if all of its pixels are.
-fn shrink(picture: &Field, visible: &[bool], factor: usize) -> Result<(Field, Vec<bool>)> {
-    if factor == 1 {
-        return Ok((picture.clone(), visible.to_vec()));
-    }
-    let [ny, nx] = plane(picture);
-    let (my, mx) = (ny / factor, nx / factor);
-    let (mut values, mut seen) = (vec![0.0; my * mx], vec![true; my * mx]);
-    let area = (factor * factor) as f64;
-    for j in 0..my * factor {
-        for i in 0..mx * factor {
-            let (m, n) = (j / factor * mx + i / factor, j * nx + i);
-            values[m] += picture.as_slice()[n] / area;
-            seen[m] &= visible[n];
-        }
-    }
-    Ok((Field::from_vec(Grid::new(&[my, mx], 1.0)?, values)?, seen))
 }

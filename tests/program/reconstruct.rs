@@ -52,6 +52,21 @@ fn a_structure_behind_a_box_is_completed_and_the_run_repeats_itself() {
 }
 
 #[test]
+fn a_fine_drawing_of_a_coarse_pattern_is_of_its_class() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = ["rd", "--spots", "--size", "128", "--frames", "0", "--out", "spots"];
+    patterns(folder.path(), &run);
+    // Four pixels to a cell, borders drawn smoothly.
+    let picture = image::open(folder.path().join("spots/ink.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (512, 512));
+    let args = ["reconstruct", "spots/ink.png", "--mask-box", "160,160,192,192", "--out", "r"];
+    let said = patterns(folder.path(), &[&args[..], &["--generations", "0"]].concat());
+    assert!(said.contains("model: turing-spots"), "{said}");
+    let found = image::open(folder.path().join("r/reconstructed.png")).unwrap();
+    assert_eq!((found.width(), found.height()), (512, 512));
+}
+
+#[test]
 fn a_foreign_picture_is_of_no_class() {
     let folder = tempfile::tempdir().unwrap();
     let board = image::GrayImage::from_fn(96, 96, |x, y| {

@@ -26,7 +26,7 @@ pub use class::{Class, Range, Values};
 pub use classify::{Classifier, Ranked, Sample};
 pub use database::{BUILT_IN, Database};
 pub use detect::{Detection, Occluder, detect};
-pub use normalize::{Normal, at_mean, grey_levels, normalize};
+pub use normalize::{Normal, at_mean, grey_levels, normalize, reduced};
 pub use pixels::{Agreement, agree};
 pub use place::Placement;
 pub use quality::Quality;
@@ -45,6 +45,10 @@ const LIMIT: (f64, f64, f64) = (1.5, 70.0, 320.0);
 
 /// Part of a class's calibration that its limit lets through before the factor.
 const KEPT: f64 = 0.98;
+
+/// Pixels to a wavelength that pictures keep when they are looked at in fewer pixels, as coarse as
+/// the finest classes are, and the least number of rows and columns.
+const COARSE: (f64, usize) = (8.0, 64);
 
 /// Compares pictures with a database.
 pub struct Identifier {
@@ -78,12 +82,28 @@ pub struct Match {
     /// Squared distance of the statistics over the class's limit, or for a class without
     /// chance (1 - correlation) over its limit: above 1 the class is ruled out.
     pub distance: f64,
+    /// The squared distance itself (scatters of the calibration); none for a class without chance.
+    pub square: Option<f64>,
     /// Whether ink and paper are exchanged.
     pub inverted: bool,
     /// Shares of the class's ranges that fit best.
     pub point: Vec<f64>,
     /// How far the picture is turned from the class's frame (radians), where there is one.
     pub angle: Option<f64>,
+}
+
+/// A picture in as many pixels as suit the class that was found.
+pub struct Scaled {
+    /// Pixels of the given picture along a side of one of these.
+    pub factor: usize,
+    /// The picture.
+    pub picture: Field,
+    /// What is visible.
+    pub visible: Vec<bool>,
+    /// Its ink and paper.
+    pub normal: Normal,
+    /// What it was found to be.
+    pub answer: Answer,
 }
 
 impl Identifier {
@@ -133,6 +153,39 @@ impl Identifier {
         }
     }
 
+    /// [`Identifier::identify_picture`] of a picture and of it in fewer pixels, down to eight a
+    /// wavelength: statistics are those of a class's own cells, so that a fine drawing of a coarse
+    /// pattern resembles another class more. The nearest answer is taken.
+    ///
+    /// # Errors
+    /// As [`Identifier::identify_picture`].
+    pub fn identify_at_scales(
+        &self,
+        picture: &Field,
+        visible: &[bool],
+        inputs: &(dyn Inputs + Sync),
+    ) -> Result<Scaled> {
+        let (normal, answer) = self.identify_picture(picture, visible, inputs)?;
+        let most = answer.wavelength.map_or(1, |wavelength| (wavelength / COARSE.0) as usize);
+        let square = |answer: &Answer| answer.ranking.first().and_then(|m| m.square);
+        let (own, seen) = (picture.clone(), visible.to_vec());
+        let mut best = Scaled { factor: 1, picture: own, visible: seen, normal, answer };
+        let [_, ny, nx] = picture.grid().shape();
+        for factor in 2..=most.min(ny.min(nx) / COARSE.1) {
+            let Some(least) = square(&best.answer) else { break };
+            let (picture, visible) = reduced(picture, visible, factor)?;
+            // Too little may be left to be seen.
+            let Ok((normal, answer)) = self.identify_picture(&picture, &visible, inputs) else {
+                break;
+            };
+            let nearer = square(&answer).is_some_and(|s| best.answer.none || s < least);
+            if nearer && !answer.none {
+                best = Scaled { factor, picture, visible, normal, answer };
+            }
+        }
+        Ok(best)
+    }
+
     /// Compares the visible part of a picture with every class; runs the classes without
     /// chance whose frame has its proportions.
     ///
@@ -160,6 +213,7 @@ impl Identifier {
                 class: agreement.class,
                 confidence,
                 distance: (1.0 - c) / (1.0 - LEAST_CORRELATION),
+                square: None,
                 inverted: agreement.inverted,
                 point: agreement.point,
                 angle: Some(agreement.angle),
@@ -202,6 +256,7 @@ impl Identifier {
             class: self.free[r.class],
             confidence: r.probability,
             distance: r.distance / self.limits[r.class],
+            square: Some(r.distance),
             inverted: r.inverted,
             point: r.point,
             angle: None,

@@ -1,8 +1,8 @@
 //! From a picture of any contrast to ink and paper.
 
 use crate::{Error, Result};
-use solvers::Field;
 use solvers::texture::Masked;
+use solvers::{Field, Grid};
 
 /// Share of single pixels of the other colour above which a picture counts as speckled:
 /// models leave next to none, 10 % of salt and pepper leaves 3 %.
@@ -70,6 +70,28 @@ pub fn normalize(picture: &Field, visible: &[bool]) -> Result<Normal> {
         threshold,
         despeckled: false,
     }))
+}
+
+/// Means of squares of `factor` pixels; a square is visible if all of its pixels are.
+///
+/// # Errors
+/// If no square fits into the picture.
+pub fn reduced(picture: &Field, visible: &[bool], factor: usize) -> Result<(Field, Vec<bool>)> {
+    if factor == 1 {
+        return Ok((picture.clone(), visible.to_vec()));
+    }
+    let [_, ny, nx] = picture.grid().shape();
+    let (my, mx) = (ny / factor, nx / factor);
+    let (mut values, mut seen) = (vec![0.0; my * mx], vec![true; my * mx]);
+    let area = (factor * factor) as f64;
+    for j in 0..my * factor {
+        for i in 0..mx * factor {
+            let (m, n) = (j / factor * mx + i / factor, j * nx + i);
+            values[m] += picture.as_slice()[n] / area;
+            seen[m] &= visible[n];
+        }
+    }
+    Ok((Field::from_vec(Grid::new(&[my, mx], 1.0)?, values)?, seen))
 }
 
 /// Takes speckle off, where there is much.
