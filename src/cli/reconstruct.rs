@@ -53,10 +53,12 @@ pub(super) struct Args {
     /// Further classes: a folder that `patterns database add` filled.
     #[arg(long, value_name = "DIR")]
     database: Option<String>,
-    /// Seconds that the whole shall take; the search for parameters ends early enough.
-    #[arg(long, value_name = "SECONDS", default_value_t = 25.0)]
-    budget: f64,
-    /// Most generations of the search for parameters, 0 for none [default: 8].
+    /// Seconds that the whole shall take: the search for parameters ends early enough. A run
+    /// that meets it depends on the machine's speed; run.json says how far it came [default:
+    /// none].
+    #[arg(long, value_name = "SECONDS")]
+    budget: Option<f64>,
+    /// Most generations of the search for parameters, 0 for none [default: 5; 8 for structures].
     #[arg(long, value_name = "N")]
     generations: Option<u64>,
     /// Classes whose scores are computed [default: 4].
@@ -90,14 +92,14 @@ pub(super) struct Args {
 }
 
 pub(super) fn main(args: &Args) -> Result<ExitCode> {
-    if !(args.budget > 0.0 && args.budget < 1e6) {
-        bail!("--budget {} is outside its range (0, 1e6)", args.budget);
+    if let Some(budget) = args.budget.filter(|&budget| !(budget > 0.0 && budget < 1e6)) {
+        bail!("--budget {budget} is outside its range (0, 1e6)");
     }
     let options = Options {
         out: args.out.clone(),
         force: args.force,
         quiet: args.quiet || args.json,
-        budget: Duration::from_secs_f64(args.budget),
+        budget: args.budget.map_or(Duration::MAX, Duration::from_secs_f64),
     };
     let pool = thread_pool(args.threads)?;
     if let Some(folder) = &args.evaluate {

@@ -40,6 +40,9 @@ pub use sources::{Example, Source};
 /// Points of the curves of scores against iteration.
 const SCORES: u64 = 60;
 
+/// Generations of the search for the parameters of classes with and without chance.
+const GENERATIONS: (u32, u32) = (5, 8);
+
 /// Part of the time budget after which the search for parameters ends.
 const SEARCH: f64 = 0.4;
 
@@ -68,8 +71,10 @@ pub struct Config {
     /// Folder of further classes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub database: Option<String>,
-    /// Most generations of the search for parameters.
-    pub generations: u32,
+    /// Most generations of the search for parameters; absent: five of a class with chance, whose
+    /// later ones would follow its noise, eight of one without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub generations: Option<u32>,
     /// Classes whose scores are computed.
     pub candidates: usize,
     /// Samples of what may be hidden; absent: one, and several of a wide hole.
@@ -87,7 +92,7 @@ impl Default for Config {
             mask_circle: None,
             truth: None,
             database: None,
-            generations: 8,
+            generations: None,
             candidates: 4,
             samples: None,
         }
@@ -167,7 +172,7 @@ fn parse(request: &Request) -> Result<Config> {
     for (key, value, most) in [
         ("candidates", config.candidates, 1000),
         ("samples", config.samples.unwrap_or(1), 1000),
-        ("generations", config.generations as usize, 10_000),
+        ("generations", config.generations.unwrap_or(1) as usize, 10_000),
     ] {
         if value > most || (value == 0 && key != "generations") {
             let range = if key == "generations" { "[0, 10000]" } else { "[1, 1000]" };
@@ -254,12 +259,14 @@ impl Case<'_> {
     fn refine(
         &self,
         found: &Match,
-        generations: u32,
+        generations: Option<u32>,
         stages: &Stages,
         time: &dyn Fn() -> bool,
     ) -> Result<Search> {
         let mut search = Refiner::new(self.identifier, self.normal, found, self.seed)?;
-        for n in 0..generations {
+        let (with_chance, without) = GENERATIONS;
+        let free = self.identifier.class(found).free_seeds;
+        for n in 0..generations.unwrap_or(if free { with_chance } else { without }) {
             if !time() {
                 break;
             }
@@ -324,7 +331,7 @@ fn write(
     report: &Report,
 ) -> Result<Manifest> {
     let files = outputs::encode(report)?;
-    config.generations = report.generations();
+    config.generations = Some(report.generations());
     let mut table = toml::Table::try_from(config)?;
     for file in inputs.into_files() {
         folder.write(&file.copy, &file.bytes)?;

@@ -153,9 +153,10 @@ impl Identifier {
         }
     }
 
-    /// [`Identifier::identify_picture`] of a picture and of it in fewer pixels, down to eight a
-    /// wavelength: statistics are those of a class's own cells, so that a fine drawing of a coarse
-    /// pattern resembles another class more. The nearest answer is taken.
+    /// [`Identifier::identify_picture`] of a picture and, if a class made it, of it in fewer
+    /// pixels, down to eight a wavelength: statistics are those of a class's own cells, so that
+    /// a fine drawing of a coarse pattern resembles another class more. The nearest answer is
+    /// taken; what no class made stays so, as with every scale one would seem nearer by chance.
     ///
     /// # Errors
     /// As [`Identifier::identify_picture`].
@@ -166,8 +167,8 @@ impl Identifier {
         inputs: &(dyn Inputs + Sync),
     ) -> Result<Scaled> {
         let (normal, answer) = self.identify_picture(picture, visible, inputs)?;
+        let square = |answer: &Answer| answer.ranking.first().filter(|_| !answer.none)?.square;
         let most = answer.wavelength.map_or(1, |wavelength| (wavelength / COARSE.0) as usize);
-        let square = |answer: &Answer| answer.ranking.first().and_then(|m| m.square);
         let (own, seen) = (picture.clone(), visible.to_vec());
         let mut best = Scaled { factor: 1, picture: own, visible: seen, normal, answer };
         let [_, ny, nx] = picture.grid().shape();
@@ -178,8 +179,7 @@ impl Identifier {
             let Ok((normal, answer)) = self.identify_picture(&picture, &visible, inputs) else {
                 break;
             };
-            let nearer = square(&answer).is_some_and(|s| best.answer.none || s < least);
-            if nearer && !answer.none {
+            if square(&answer).is_some_and(|s| s < least) {
                 best = Scaled { factor, picture, visible, normal, answer };
             }
         }

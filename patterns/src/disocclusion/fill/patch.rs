@@ -4,6 +4,9 @@
 //! pixel at the edge of a hole whose patch is known best takes what is missing in it from the
 //! visible patch that agrees best with what is known (Efros & Leung 1999). A sample takes any
 //! of the patches that agree nearly as well.
+//!
+//! The crate for it, `texture-synthesis`, is archived since 2023, holds `image` to a version of
+//! 2020, and repeats itself on one thread only.
 
 use super::super::normalize::Normal;
 use super::{Fill, Made, samples};
