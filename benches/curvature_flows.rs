@@ -1,7 +1,7 @@
 //! The fast flow beside the published one: energies, evaluations, seconds, and whether both
 //! grow the same texture, over several seeds.
 //!
-//! `cargo bench --bench curvature_flows -- [SIZE] [SEEDS] [PRESETS,..] [EVALUATIONS]`, the last
+//! `cargo bench --bench curvature_flows -- [SIZE] [SEEDS] [PRESETS,..] [EVALUATIONS,..]`, the last
 //! of the fast flow; at the published size of 100 a seed takes some minutes.
 #![allow(
     clippy::print_stdout,
@@ -26,7 +26,7 @@ type Case = (&'static str, [f64; 6], f64, u64, f64);
 const CASES: [Case; 4] = [
     ("tubes", [1.0, 2.0, 6.0, -40.0, -40.0, 400.0], -0.6, 800, 1.0),
     ("bilayers", [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], -0.4, 800, 1.0),
-    ("layers", [2.0, 2.0, 2.0, 0.0, 0.0, 0.0], -0.3, 1400, 1.0),
+    ("layers", [2.0, 2.0, 2.0, 0.0, 0.0, 0.0], -0.3, 2000, 1.0),
     ("sponges", [1.0, 2.8, 2.0, -10.0, -10.0, 25.0], -0.25, 2000, 2.0),
 ];
 
@@ -50,25 +50,38 @@ fn main() -> Result<()> {
     let wanted = argument(3).unwrap_or_default();
     let chosen = |name: &str| wanted.is_empty() || wanted.split(',').any(|w| w == name);
     for (name, coefficients, mass, evaluations, rate) in CASES.into_iter().filter(|c| chosen(c.0)) {
-        let evaluations = number(4, evaluations as usize) as u64;
-        println!("{name}: seed, published F ND s, fast F ND s, evaluations to the published F");
-        let (mut published, mut fast) = (Vec::new(), Vec::new());
+        let asked = argument(4).map(|list| list.split(',').flat_map(str::parse).collect());
+        let lengths: Vec<u64> = asked.unwrap_or_else(|| vec![evaluations]);
+        println!(
+            "{name}: seed, published F ND s, evaluations, fast F ND s, when below the published F"
+        );
+        let mut published = Vec::new();
+        let mut fast: Vec<Vec<End>> = lengths.iter().map(|_| Vec::new()).collect();
         for seed in 1..=seeds as u64 {
             let problem = Problem { size, coefficients, mass, seed };
             let one = problem.published()?;
-            let (two, reached) = problem.fast(evaluations, rate, one.energy)?;
-            let reached = reached.map_or("not reached".into(), |(n, s)| format!("{n} in {s:.1} s"));
-            println!(
-                "  {seed}  {:9.1} {:.3} {:6.1}  {:9.1} {:.3} {:6.1}  {reached}",
-                one.energy, one.discrepancy, one.seconds, two.energy, two.discrepancy, two.seconds
-            );
+            for (&length, fast) in lengths.iter().zip(&mut fast) {
+                let (two, reached) = problem.fast(length, rate, one.energy)?;
+                let reached = reached.map_or("never".into(), |(n, s)| format!("{n} in {s:.1} s"));
+                println!(
+                    "  {seed}  {:9.1} {:.3} {:6.1}  {length} {:9.1} {:.3} {:6.1}  {reached}",
+                    one.energy,
+                    one.discrepancy,
+                    one.seconds,
+                    two.energy,
+                    two.discrepancy,
+                    two.seconds
+                );
+                fast.push(two);
+            }
             published.push(one);
-            fast.push(two);
         }
         let among = distances(&published, &published)?;
-        let between = distances(&fast, &published)?;
         println!("  diagrams: published among themselves {}", summary(&among));
-        println!("            fast from published        {}", summary(&between));
+        for (length, fast) in lengths.iter().zip(&fast) {
+            let between = distances(fast, &published)?;
+            println!("            {length} evaluations from published {}", summary(&between));
+        }
     }
     Ok(())
 }
