@@ -399,3 +399,34 @@ fn threads_do_not_change_a_bit() {
     };
     assert_eq!(run(1), run(2));
 }
+
+/// Slabs of several planes and of one, each kind of edge, the same coefficients everywhere or not.
+#[test]
+fn slabs_do_not_change_a_gradient() {
+    let shape @ [nz, ny, nx] = [17, 32, 36];
+    let mut stream = stream(5, "slabs", 0);
+    let u: Vec<f64> = (0..nz * ny * nx).map(|_| uniform(&mut stream) - 0.5).collect();
+    for edges in [Edges::Periodic, Edges::Replicate, Edges::Free] {
+        for oriented in [false, true] {
+            let run = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| {
+                    let coefficients = CASES[2].coefficients.into();
+                    let mut config = EnergyConfig::new(shape, 0.01, 0.02, coefficients);
+                    config.edges = edges;
+                    let [mu, one, none] = [0.5, 1.0, 0.0].map(Spatial::Uniform);
+                    let theta = [one, none.clone(), none];
+                    config.orientation = oriented.then_some(Orientation { mu, theta });
+                    let mut gradient = vec![0.0; u.len()];
+                    let energy = Energy::new(config).unwrap().value_and_gradient(&u, &mut gradient);
+                    let bits: Vec<u64> = gradient.iter().map(|g| g.to_bits()).collect();
+                    (energy.to_bits(), bits)
+                })
+            };
+            let whole = run(1);
+            // Two threads make slabs of 5, 5, 5 and 2 planes, three of 4, 4, 4, 4 and 1.
+            assert!(whole == run(2), "{edges:?}, oriented {oriented}, 2 threads");
+            assert!(whole == run(3), "{edges:?}, oriented {oriented}, 3 threads");
+        }
+    }
+}

@@ -43,6 +43,8 @@ enum Target {
 /// Numbers in [`Work::aside`] of contributions to the planes before and behind the slab.
 const BEFORE: usize = 3;
 const BEHIND: usize = 4;
+/// Number of those to the plane before within a slab.
+const WITHIN: usize = 5;
 
 /// Number in [`Work::aside`] of what plane `k - 1` contributes to plane `k`.
 fn turn(k: isize) -> usize {
@@ -101,8 +103,9 @@ pub(super) struct Work<T> {
     /// Contributions of a row to three planes.
     parts: [Aligned<T>; 3],
     /// Contributions that wait: in turn those of a plane to the next one, added last; those to
-    /// the planes before and behind the slab.
-    aside: [Aligned<T>; 5],
+    /// the planes before and behind the slab; those to the plane before, where rows beyond the
+    /// faces fall on the outer rows too and must be added up as other slabs add them.
+    aside: [Aligned<T>; 6],
     energy: Vec<[T; CHUNK]>,
     weights: Aligned<T>,
 }
@@ -158,6 +161,9 @@ impl<T: Float> Job<'_, T> {
             if wanted {
                 gradient[own..][..plane].fill(zero);
                 work.aside[turn(k + 1)].fill(zero);
+                if !periodic {
+                    work.aside[WITHIN].fill(zero);
+                }
                 // Contributions that leave the box fall on the plane they were copied from.
                 let above = match k + 1 {
                     next if !periodic && next == nz as isize => Target::Gradient(own),
@@ -166,16 +172,23 @@ impl<T: Float> Job<'_, T> {
                 };
                 let below = match k {
                     0 if !periodic => Target::Gradient(own),
-                    _ if k > start => Target::Gradient(own - plane),
-                    _ => Target::Aside(BEFORE),
+                    _ if k == start => Target::Aside(BEFORE),
+                    _ if periodic => Target::Gradient(own - plane),
+                    _ => Target::Aside(WITHIN),
                 };
                 targets = Some([Target::Gradient(own), above, below]);
             }
             if periodic || bounds.contains(&k) {
                 energies[(k - start) as usize] = self.plane::<KIND>(k, targets, gradient, work);
             }
-            if wanted && k > start + 1 {
-                add(&mut gradient[own - plane..][..plane], &work.aside[turn(k - 1)]);
+            if wanted && k > start {
+                let before = &mut gradient[own - plane..][..plane];
+                if !periodic {
+                    add(before, &work.aside[WITHIN]);
+                }
+                if k > start + 1 {
+                    add(before, &work.aside[turn(k - 1)]);
+                }
             }
         }
     }
