@@ -56,9 +56,9 @@ pub(super) struct Args {
     /// Seconds that the whole shall take: the search for parameters ends early enough. A run
     /// that meets it depends on the machine's speed; run.json says how far it came [default:
     /// none].
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     budget: Option<f64>,
-    /// Most generations of the search for parameters, 0 for none [default: 5; 8 for structures].
+    /// Most generations of the search for parameters, 0 for none [default: 5; 16 for structures].
     #[arg(long, value_name = "N")]
     generations: Option<u64>,
     /// Classes whose scores are computed [default: 4].

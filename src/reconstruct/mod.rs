@@ -41,7 +41,11 @@ pub use sources::{Example, Source};
 const SCORES: u64 = 60;
 
 /// Generations of the search for the parameters of classes with and without chance.
-const GENERATIONS: (u32, u32) = (5, 8);
+const GENERATIONS: (u32, u32) = (5, 16);
+
+/// Pixel error of a structure above which the next in the ranking are searched too, and how many.
+const UNEXPLAINED: f64 = 0.005;
+const RIVALS: usize = 2;
 
 /// Part of the time budget after which the search for parameters ends.
 const SEARCH: f64 = 0.4;
@@ -72,7 +76,7 @@ pub struct Config {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub database: Option<String>,
     /// Most generations of the search for parameters; absent: five of a class with chance, whose
-    /// later ones would follow its noise, eight of one without.
+    /// later ones would follow its noise, 16 of one without.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub generations: Option<u32>,
     /// Classes whose scores are computed.
@@ -196,7 +200,7 @@ fn reconstruct(
     let identifier = Identifier::new(classes, &calibration)?;
     stages.say("comparing with every class");
     let compared = identifier.identify_at_scales(&source.work, &source.work_visible, &NoInputs);
-    let Scaled { factor, picture, visible, normal, answer } =
+    let Scaled { factor, picture, visible, normal, mut answer } =
         compared.map_err(|e| request.locate(e))?;
     source.factor *= factor;
     (source.work, source.work_visible) = (picture, visible);
@@ -205,13 +209,42 @@ fn reconstruct(
         source.split_truth_at_mean();
     }
     stages.check()?;
-    let found = answer.ranking.first().filter(|_| !answer.none);
-    let case =
-        Case { identifier: &identifier, normal: &normal, answer: &answer, seed: request.seed };
     let search = Duration::try_from_secs_f64(options.budget.as_secs_f64() * SEARCH);
     let deadline = search.unwrap_or(Duration::MAX);
     let time = || start.elapsed() < deadline;
-    let refined = found.map(|m| case.refine(m, config.generations, &stages, &time)).transpose()?;
+    let case =
+        Case { identifier: &identifier, normal: &normal, answer: &answer, seed: request.seed };
+    let mut refined = match answer.ranking.first().filter(|_| !answer.none) {
+        Some(found) => Some(case.refine(found, config.generations, &stages, &time)?),
+        None => None,
+    };
+    // What is visible of two structures can look alike until their parameters are right.
+    let mut first = 0;
+    for n in 1..=RIVALS.min(answer.ranking.len().saturating_sub(1)) {
+        let unexplained = |s: &Search| s.found.cost.is_some_and(|cost| cost > UNEXPLAINED);
+        let rival = &answer.ranking[n];
+        let possible = rival.angle.is_some() && rival.distance <= 1.0;
+        let Some(best) = refined.as_ref().filter(|best| possible && unexplained(best)) else {
+            break;
+        };
+        let other = case.refine(rival, config.generations, &stages, &time)?;
+        if other.found.cost < best.found.cost {
+            (first, refined) = (n, Some(other));
+        }
+    }
+    let ranking = &mut answer.ranking;
+    if first > 0 {
+        // The rival changes places, and confidences stay with the places.
+        let confidence = (ranking[0].confidence, ranking[first].confidence);
+        ranking[..=first].rotate_right(1);
+        (ranking[0].confidence, ranking[1].confidence) = confidence;
+    }
+    if let (Some(m), Some(search)) = (ranking.first_mut(), &refined) {
+        m.angle = search.found.angle;
+    }
+    let found = answer.ranking.first().filter(|_| !answer.none);
+    let case =
+        Case { identifier: &identifier, normal: &normal, answer: &answer, seed: request.seed };
     stages.say("scoring the candidates");
     let candidates = case.candidates(config.candidates)?;
     let scores = match (found, &refined) {

@@ -225,7 +225,8 @@ fn same_size(key: &str, field: &Field, picture: &Field) -> Result<(), Error> {
 
 type Made = (Field, Option<Vec<bool>>, Option<Vec<bool>>);
 
-/// Runs a class in the middle of its ranges and hides a part.
+/// Runs a class in the middle of its ranges, without chance at its entry's own configuration, and
+/// hides a part.
 fn make(example: &Example, config: &Config, request: &Request) -> Result<Made> {
     let folder = config.database.as_ref().map(|folder| find(request, folder));
     let (classes, _) = database::load(folder.as_deref())?;
@@ -240,8 +241,11 @@ fn make(example: &Example, config: &Config, request: &Request) -> Result<Made> {
         let known = HARMS.map(harm_name).join(", ");
         bail!("example.harm: no `{}`; known: {known}", example.harm);
     };
-    let middle = vec![0.5; class.ranges.len()];
-    let mut pattern = simulate(class, &middle, example.seed, &NoInputs)?;
+    let point = match class.free_seeds {
+        true => vec![0.5; class.ranges.len()],
+        false => class.usual(),
+    };
+    let mut pattern = simulate(class, &point, example.seed, &NoInputs)?;
     if !class.free_seeds {
         pattern = pattern.magnify(example.magnify);
     }

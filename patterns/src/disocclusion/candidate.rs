@@ -30,13 +30,16 @@ impl Ink {
 /// What the model refuses or meets on its way; a model without a plane picture in ink.
 pub fn simulate(class: &Class, point: &[f64], seed: u64, inputs: &dyn Inputs) -> Result<Ink> {
     let mut end = None;
-    watch(class, point, seed, 0, inputs, &mut |_, ink| end = Some(ink))?;
+    watch(class, point, seed, 0, inputs, &mut |_, ink| {
+        end = Some(ink);
+        true
+    })?;
     let reason = || format!("`{}` shows no plane picture in ink", class.model.name);
     end.ok_or_else(|| Error::config("model", reason()))
 }
 
-/// Runs `class` to its end and shows its pictures in ink to `look`, with the iteration: about
-/// `count` on the way and the last.
+/// Runs `class` to its end, or until `look` says no, and shows it the pictures in ink, with the
+/// iteration: about `count` on the way and the last.
 ///
 /// # Errors
 /// What the model refuses or meets on its way.
@@ -46,7 +49,7 @@ pub(super) fn watch(
     seed: u64,
     count: u64,
     inputs: &dyn Inputs,
-    look: &mut dyn FnMut(u64, Ink),
+    look: &mut dyn FnMut(u64, Ink) -> bool,
 ) -> Result<()> {
     let config = class.configure(point)?;
     let context = Context { seed, inputs, memory: 1 << 30 };
@@ -57,8 +60,10 @@ pub(super) fn watch(
         let ended = run.step()? != Status::Running;
         if ended || run.iterations() >= next {
             next = (run.iterations() / every + 1).saturating_mul(every);
-            if let Some(ink) = run.artifacts().iter().find_map(ink_of) {
-                look(run.iterations(), ink);
+            if let Some(ink) = run.artifacts().iter().find_map(ink_of)
+                && !look(run.iterations(), ink)
+            {
+                return Ok(());
             }
         }
         if ended {

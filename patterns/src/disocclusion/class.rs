@@ -78,6 +78,27 @@ impl Values {
             }
         }
     }
+
+    /// The inverse of [`Values::at`], the middle of those that give `value`; outside of [0, 1]
+    /// outside of the range, none for what is no value of it.
+    fn share(&self, value: &Value) -> Option<f64> {
+        let number = match value {
+            Value::Integer(n) => *n as f64,
+            Value::Float(x) => *x,
+            _ => f64::NAN,
+        };
+        let share = match self {
+            Self::Between { low, high, log: true, .. } => {
+                libm::log(number / low) / libm::log(high / low)
+            }
+            Self::Between { low, high, .. } => (number - low) / (high - low),
+            Self::Choices(list) => {
+                let n = list.iter().position(|choice| choice == value)?;
+                (n as f64 + 0.5) / list.len() as f64
+            }
+        };
+        share.is_finite().then_some(share)
+    }
 }
 
 impl Class {
@@ -163,6 +184,16 @@ impl Class {
         self.ranges.iter().zip(point).map(|(range, &share)| range.values.at(share)).collect()
     }
 
+    /// The point of the entry's own configuration; the middle of ranges that it lies outside of.
+    pub fn usual(&self) -> Vec<f64> {
+        let share = |range: &Range| {
+            let own = get(&self.config, &range.key)?;
+            let share = range.values.share(own)?;
+            (0.0..=1.0).contains(&share).then_some(share)
+        };
+        self.ranges.iter().map(|range| share(range).unwrap_or(0.5)).collect()
+    }
+
     /// The `index`th of a sequence of points that fill the ranges evenly: a Kronecker
     /// sequence (Roberts 2018, roots of x^(d+1) = x + 1) shifted by the seed.
     pub fn point(&self, seed: u64, index: u64) -> Vec<f64> {
@@ -181,6 +212,17 @@ fn inside(table: &str, error: Error) -> Error {
         Error::Config { key, reason } => Error::Config { key: format!("{table}.{key}"), reason },
         other => other,
     }
+}
+
+/// The value at a dotted key.
+fn get<'a>(config: &'a Table, key: &str) -> Option<&'a Value> {
+    let mut parts = key.split('.');
+    let first = config.get(parts.next()?)?;
+    parts.try_fold(first, |at, part| match at {
+        Value::Table(table) => table.get(part),
+        Value::Array(list) => list.get(part.parse::<usize>().ok()?),
+        _ => None,
+    })
 }
 
 /// Writes `value` at a dotted key; tables that are missing are made, lists are not.

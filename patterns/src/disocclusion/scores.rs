@@ -72,6 +72,7 @@ pub fn by_iteration(
     watch(class, point, seed, count, inputs, &mut |iteration, pattern| {
         let placed = placement.place(&pattern, normal.shape);
         scores.push(Score::new(normal, &placed, iteration));
+        true
     })?;
     Ok(scores)
 }

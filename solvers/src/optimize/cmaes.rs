@@ -24,6 +24,9 @@ pub struct Cmaes {
     /// Axes and lengths of C as of the last generation.
     axes: DMatrix<f64>,
     lengths: DVector<f64>,
+    /// Least deviation along each coordinate.
+    least: DVector<f64>,
+    points: usize,
     asked: Vec<DVector<f64>>,
     random: Stream,
     generation: u32,
@@ -91,6 +94,8 @@ impl Cmaes {
             path_sigma: DVector::zeros(n),
             axes: DMatrix::identity(n, n),
             lengths: DVector::from_element(n, 1.0),
+            least: DVector::zeros(n),
+            points,
             asked: Vec::with_capacity(points),
             random: stream(seed, "cmaes", 0),
             generation: 0,
@@ -99,14 +104,46 @@ impl Cmaes {
         })
     }
 
+    /// The same with `points` points a generation, at least 4: more look further.
+    #[must_use]
+    pub fn with_points(mut self, points: usize) -> Self {
+        self.points = points.max(4);
+        self.rates = Rates::new(self.mean.len() as f64, self.points);
+        self
+    }
+
+    /// The same with a deviation of at least `least` along each coordinate: a coordinate that
+    /// is rounded would rest between two steps else. After Hansen 2011, "A CMA-ES for
+    /// mixed-integer nonlinear optimization", section 4.
+    ///
+    /// # Errors
+    /// If there is not one value per coordinate.
+    pub fn with_least_deviations(mut self, least: &[f64]) -> Result<Self> {
+        if least.len() != self.mean.len() {
+            return Err(Error::Shape {
+                name: "least deviations".into(),
+                actual: vec![least.len()],
+                expected: vec![self.mean.len()],
+            });
+        }
+        self.least = DVector::from_column_slice(least);
+        Ok(self)
+    }
+
     /// The points of the next generation.
     pub fn ask(&mut self) -> Vec<Vec<f64>> {
         let n = self.mean.len();
-        let points = 4 + (3.0 * libm::log(n as f64)) as usize;
-        self.asked = (0..points)
+        let lacks: Vec<f64> = (self.deviations().iter().zip(&self.least))
+            .map(|(is, least)| (least * least - is * is).max(0.0).sqrt())
+            .collect();
+        self.asked = (0..self.points)
             .map(|_| {
                 let z = DVector::from_fn(n, |_, _| normal(&mut self.random));
-                &self.mean + self.sigma * (&self.axes * z.component_mul(&self.lengths))
+                let mut x = &self.mean + self.sigma * (&self.axes * z.component_mul(&self.lengths));
+                for (x, &lack) in x.iter_mut().zip(&lacks).filter(|(_, lack)| **lack > 0.0) {
+                    *x += lack * normal(&mut self.random);
+                }
+                x
             })
             .collect();
         self.asked.iter().map(|x| x.as_slice().to_vec()).collect()

@@ -18,6 +18,9 @@ use solvers::texture::Descriptor;
 /// Side of a patch in wavelengths, and the least and greatest half of it (pixels).
 const SIDE: (f64, usize, usize) = (1.2, 3, 12);
 
+/// Most patches that are looked at, evenly spread over the visible part.
+const SOURCES: usize = 20_000;
+
 /// Patches whose cost is below this multiple of the best's are as good to a sample.
 const NEARLY: f64 = 1.1;
 
@@ -40,6 +43,8 @@ pub(super) fn copy(normal: &Normal, settings: &Fill) -> Result<Made> {
         let reason = "hides so much that no patch of 3 x 3 pixels is left to copy";
         return Err(Error::config("mask", reason));
     }
+    let stride = sources.len().div_ceil(SOURCES);
+    let sources: Vec<usize> = sources.into_iter().step_by(stride).collect();
     let count = samples(normal, wavelength, settings)? as u64;
     let levels = (0..count)
         .into_par_iter()
@@ -115,7 +120,7 @@ fn synthesize(normal: &Normal, half: usize, sources: &[usize], random: &mut Stre
         };
         let (j, i) = ((n / nx) as isize, (n % nx) as isize);
         let spread = 0.5 * half as f32;
-        let patch: Vec<Known> = inside(n)
+        let mut patch: Vec<Known> = inside(n)
             .filter(|&m| known[m])
             .map(|m| {
                 let (dy, dx) = ((m / nx) as isize - j, (m % nx) as isize - i);
@@ -124,6 +129,8 @@ fn synthesize(normal: &Normal, half: usize, sources: &[usize], random: &mut Stre
                 Known { offset: dy * nx as isize + dx, ink: ink[m], weight }
             })
             .collect();
+        // What counts most first, so that bad patches are left early.
+        patch.sort_by(|a, b| b.weight.total_cmp(&a.weight));
         let source = best(normal, sources, &patch, random);
         // Only the middle of the patch is taken: its edge would be seen.
         let taken = half.div_ceil(2) as isize;

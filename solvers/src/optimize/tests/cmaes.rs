@@ -58,6 +58,31 @@ fn a_rotation_changes_little() {
     assert!((turned / straight).ln().abs() < 0.4, "{straight} {turned}");
 }
 
+/// A coordinate that is rounded to whole numbers, coupled to one that is not: a search that has
+/// become narrow rests at a wrong number.
+#[test]
+fn a_rounded_coordinate_keeps_moving() {
+    let f = |x: &[f64]| {
+        let whole = (10.0 * x[0]).round();
+        (x[1] - 0.1 * whole).powi(2) * 25.0 + (whole - 7.0).abs()
+    };
+    let found = |least: f64, seed: u64| {
+        let search = Cmaes::new(&[0.1, 0.1], 0.02, seed).unwrap().with_points(10);
+        let mut search = search.with_least_deviations(&[least, 0.0]).unwrap();
+        for _ in 0..60 {
+            let points = search.ask();
+            assert_eq!(points.len(), 10);
+            search.tell(&points.iter().map(|x| f(x)).collect::<Vec<_>>()).unwrap();
+        }
+        search.best().unwrap().1 < 0.01
+    };
+    let hits = |least| (0..20).filter(|&seed| found(least, seed)).count();
+    let (without, with) = (hits(0.0), hits(0.04));
+    assert!(with == 20 && without < 20, "{with} {without}");
+    let search = Cmaes::new(&[0.1, 0.1], 0.02, 1).unwrap();
+    assert!(search.with_least_deviations(&[0.1]).is_err());
+}
+
 #[test]
 fn the_same_seed_gives_the_same_bits_and_faults_are_named() {
     let run = |seed| {
