@@ -99,13 +99,14 @@ fn synthesize(normal: &Normal, half: usize, sources: &[usize], random: &mut Stre
     let mut ink = normal.ink.clone();
     let mut known = normal.visible.clone();
     let mut trust: Vec<f32> = known.iter().map(|&known| f32::from(u8::from(known))).collect();
-    let inside = |n: usize| {
+    let around = |n: usize, far: usize| {
         let (j, i) = (n / nx, n % nx);
-        let rows = j.saturating_sub(half)..(j + half + 1).min(ny);
+        let rows = j.saturating_sub(far)..(j + far + 1).min(ny);
         rows.flat_map(move |v| {
-            (i.saturating_sub(half)..(i + half + 1).min(nx)).map(move |u| v * nx + u)
+            (i.saturating_sub(far)..(i + far + 1).min(nx)).map(move |u| v * nx + u)
         })
     };
+    let inside = |n: usize| around(n, half);
     let area = ((2 * half + 1) * (2 * half + 1)) as f32;
     let confidence = |trust: &[f32], n: usize| inside(n).map(|m| trust[m]).sum::<f32>() / area;
     let mut priority = vec![f32::NEG_INFINITY; ny * nx];
@@ -148,10 +149,8 @@ fn synthesize(normal: &Normal, half: usize, sources: &[usize], random: &mut Stre
         for &m in &new {
             (known[m], trust[m]) = (true, value);
         }
-        for &m in &new {
-            for near in inside(m).filter(|&near| !known[near]) {
-                priority[near] = confidence(&trust, near);
-            }
+        for near in around(n, half + taken as usize).filter(|&near| !known[near]) {
+            priority[near] = confidence(&trust, near);
         }
     }
 }
