@@ -20,7 +20,7 @@ use std::{collections::BTreeMap, f64::consts::FRAC_PI_2};
 const WIDTH: f64 = 0.15;
 
 /// Points all over the ranges that a search without chance looks at, and those of them that are
-/// run to their end.
+/// run to their end, beside the entry's own configuration.
 const SPREAD: (u64, usize) = (24, 6);
 
 /// Candidates of a generation without chance.
@@ -87,8 +87,8 @@ pub struct Refined {
 pub struct Tried {
     /// Shares of the ranges.
     pub point: Vec<f64>,
-    /// Squared distance of the summary statistics over their variance, or masked pixel error,
-    /// at least, and a little for unusual parameters.
+    /// Squared distance of the summary statistics over their variance, or masked pixel error (as
+    /// it was when a bad candidate was left) and a little for unusual parameters.
     pub cost: f64,
     /// The angle at which it fits best, as [`Refined::angle`].
     pub angle: Option<f64>,
@@ -237,7 +237,7 @@ impl<'a> Refiner<'a> {
     fn look_around(&mut self, inputs: &(dyn Inputs + Sync)) -> Result<Generation> {
         let class = &self.identifier.database().classes[self.class];
         let mut points: Vec<Vec<f64>> = (0..SPREAD.0).map(|n| class.point(self.seed, n)).collect();
-        points.extend([self.start.clone(), self.usual.clone()]);
+        points.push(self.start.clone());
         let glances: Vec<f64> = points
             .par_iter()
             .with_max_len(1)
@@ -245,7 +245,8 @@ impl<'a> Refiner<'a> {
             .collect::<Result<_>>()?;
         let mut order: Vec<usize> = (0..points.len()).collect();
         order.sort_by(|&a, &b| glances[a].total_cmp(&glances[b]));
-        let best: Vec<Vec<f64>> = order[..SPREAD.1].iter().map(|&n| points[n].clone()).collect();
+        let best = order[..SPREAD.1].iter().map(|&n| points[n].clone());
+        let best: Vec<Vec<f64>> = best.chain([self.usual.clone()]).collect();
         let costs = self.run(&best, inputs)?;
         self.search = Some(self.search_from(&self.first(), WIDTH)?);
         Ok(self.report(&costs, WIDTH))
@@ -314,8 +315,8 @@ impl<'a> Refiner<'a> {
         generation
     }
 
-    /// Cost of the class at `point`, at least, where it is worse than `limit` for sure; the angle
-    /// at which it fits.
+    /// Cost of the class at `point`, and the angle at which it fits; where it will be worse than
+    /// `limit` the cost at which the run was left.
     fn cost(&self, point: &[f64], limit: f64, inputs: &dyn Inputs) -> Result<(f64, Option<f64>)> {
         let class = &self.identifier.database().classes[self.class];
         let Some((wanted, deviations)) = &self.target else {

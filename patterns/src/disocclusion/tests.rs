@@ -309,6 +309,33 @@ fn refinement_of_a_structure_lowers_its_pixel_error_and_finds_its_volume() {
     assert!(refined.deviations.iter().all(|d| *d > 0.0 && *d < 1.0));
 }
 
+#[test]
+fn the_usual_point_is_the_entrys_own_configuration() {
+    for class in &Database::built_in().unwrap().classes {
+        let own = class.configure(&class.usual()).unwrap();
+        let inside = class.usual().iter().filter(|share| **share != 0.5).count();
+        let same = class.ranges.iter().filter(|range| {
+            let path = range.key.split('.');
+            let value = |config: &toml::Table| {
+                path.clone().try_fold(Value::Table(config.clone()), |at, part| match at {
+                    Value::Table(table) => table.get(part).cloned(),
+                    Value::Array(list) => list.get(part.parse::<usize>().ok()?).cloned(),
+                    _ => None,
+                })
+            };
+            match (value(&own), value(&class.config)) {
+                (Some(Value::Float(a)), Some(Value::Float(b))) => (a - b).abs() <= 1e-9 * b.abs(),
+                (a, b) => a == b,
+            }
+        });
+        let same = same.count();
+        assert!(same >= inside, "{}: {same} {inside}", class.name);
+        // The rows' published volume, radius and nodes lie in their ranges.
+        let row = class.name.starts_with("topology-row");
+        assert!(!row || same == class.ranges.len(), "{}: {same}", class.name);
+    }
+}
+
 /// The half that holds the load is hidden: nothing seen tells of it but what it did to the rest.
 #[test]
 fn the_hidden_half_of_a_structure_follows_from_the_other() {
