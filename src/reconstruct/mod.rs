@@ -3,6 +3,7 @@
 mod answer;
 pub mod evaluate;
 mod outputs;
+mod search;
 mod sources;
 
 use crate::{
@@ -18,16 +19,13 @@ use indicatif::{ProgressBar, ProgressStyle};
 use patterns::{
     NoInputs,
     disocclusion::{
-        Answer, Identifier, Ink, Match, Normal, Placement, Quality, Refined, Refiner, Scaled,
+        Answer, Identifier, Normal, Quality, Scaled,
         fill::{Fill, Filled, fill},
         grey_levels, normalize,
-        scores::{Score, by_iteration},
-        simulate,
+        scores::Score,
     },
 };
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use solvers::texture::{Descriptor, Masked};
 use std::{
     collections::BTreeMap,
     path::PathBuf,
@@ -35,17 +33,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use search::{Case, Limits, Search};
 pub use sources::{Example, Source};
-
-/// Points of the curves of scores against iteration.
-const SCORES: u64 = 60;
-
-/// Generations of the search for the parameters of classes with and without chance.
-const GENERATIONS: (u32, u32) = (5, 16);
-
-/// Pixel error of a structure above which the next in the ranking are searched too, and how many.
-const UNEXPLAINED: f64 = 0.005;
-const RIVALS: usize = 2;
 
 /// Part of the time budget after which the search for parameters ends.
 const SEARCH: f64 = 0.4;
@@ -211,46 +200,28 @@ fn reconstruct(
     stages.check()?;
     let search = Duration::try_from_secs_f64(options.budget.as_secs_f64() * SEARCH);
     let deadline = search.unwrap_or(Duration::MAX);
-    let time = || start.elapsed() < deadline;
-    let case =
-        Case { identifier: &identifier, normal: &normal, answer: &answer, seed: request.seed };
-    let mut refined = match answer.ranking.first().filter(|_| !answer.none) {
-        Some(found) => Some(case.refine(found, config.generations, &stages, &time)?),
-        None => None,
+    let case = Case {
+        identifier: &identifier,
+        normal: &normal,
+        wavelength: answer.wavelength,
+        seed: request.seed,
     };
-    // What is visible of two structures can look alike until their parameters are right.
-    let mut first = 0;
-    for n in 1..=RIVALS.min(answer.ranking.len().saturating_sub(1)) {
-        let unexplained = |s: &Search| s.found.cost.is_some_and(|cost| cost > UNEXPLAINED);
-        let rival = &answer.ranking[n];
-        let possible = rival.angle.is_some() && rival.distance <= 1.0;
-        let Some(best) = refined.as_ref().filter(|best| possible && unexplained(best)) else {
-            break;
-        };
-        let other = case.refine(rival, config.generations, &stages, &time)?;
-        if other.found.cost < best.found.cost {
-            (first, refined) = (n, Some(other));
-        }
-    }
-    let ranking = &mut answer.ranking;
-    if first > 0 {
-        // The rival changes places, and confidences stay with the places.
-        let confidence = (ranking[0].confidence, ranking[first].confidence);
-        ranking[..=first].rotate_right(1);
-        (ranking[0].confidence, ranking[1].confidence) = confidence;
-    }
-    if let (Some(m), Some(search)) = (ranking.first_mut(), &refined) {
-        m.angle = search.found.angle;
-    }
+    let limits = Limits {
+        generations: config.generations,
+        stages: &stages,
+        time: &|| start.elapsed() < deadline,
+    };
+    let refined = case.refine(&mut answer, &limits)?;
     let found = answer.ranking.first().filter(|_| !answer.none);
-    let case =
-        Case { identifier: &identifier, normal: &normal, answer: &answer, seed: request.seed };
     stages.say("scoring the candidates");
-    let candidates = case.candidates(config.candidates)?;
-    let scores = match (found, &refined) {
-        (Some(found), Some(refined)) => case.scores(found, &refined.found.point)?,
-        _ => Vec::new(),
-    };
+    let (candidates, scores) = rayon::join(
+        || case.candidates(&answer.ranking, config.candidates),
+        || match (found, &refined) {
+            (Some(found), Some(refined)) => case.scores(found, &refined.found.point),
+            _ => Ok(Vec::new()),
+        },
+    );
+    let (candidates, scores) = (candidates?, scores?);
     stages.check()?;
     stages.say("filling");
     let settings = Fill {
@@ -269,83 +240,6 @@ fn reconstruct(
         Report { identifier, source, normal, answer, refined, scores, candidates, filled, quality };
     report.quality = quality_of(&report)?;
     Ok(report)
-}
-
-/// A picture that was compared with every class.
-struct Case<'a> {
-    identifier: &'a Identifier,
-    normal: &'a Normal,
-    answer: &'a Answer,
-    seed: u64,
-}
-
-/// What the search for parameters found, and how long it was.
-pub(crate) struct Search {
-    pub(crate) found: Refined,
-    pub(crate) generations: u32,
-    /// Candidates that were run.
-    pub(crate) tried: usize,
-}
-
-impl Case<'_> {
-    /// Generations of the search for parameters, while there is time.
-    fn refine(
-        &self,
-        found: &Match,
-        generations: Option<u32>,
-        stages: &Stages,
-        time: &dyn Fn() -> bool,
-    ) -> Result<Search> {
-        let mut search = Refiner::new(self.identifier, self.normal, found, self.seed)?;
-        let (with_chance, without) = GENERATIONS;
-        let free = self.identifier.class(found).free_seeds;
-        for n in 0..generations.unwrap_or(if free { with_chance } else { without }) {
-            if !time() {
-                break;
-            }
-            stages.say(&format!("searching parameters, generation {}", n + 1));
-            stages.check()?;
-            if search.step(&NoInputs)?.is_none() {
-                break;
-            }
-        }
-        let (generations, tried) = (search.history().len() as u32, search.tried().len());
-        Ok(Search { found: search.finish(), generations, tried })
-    }
-
-    /// How the run of a class lies in the picture.
-    fn placement(&self, found: &Match, pattern: &Ink) -> Result<Placement> {
-        let mut placement = Placement::of(found);
-        if self.identifier.class(found).free_seeds {
-            let all = vec![true; pattern.ink.len()];
-            let own = Descriptor::new(&Masked::new(pattern.shape, &pattern.ink, &all)?);
-            let pair = own.zip(self.answer.wavelength);
-            let ratio = pair.map_or(1.0, |(own, picture)| own.wavelength / picture);
-            // Pictures at the class's own scale keep their pixels.
-            placement.scale = if (ratio - 1.0).abs() < 0.1 { 1.0 } else { ratio };
-        }
-        Ok(placement)
-    }
-
-    /// The paper's scores along the run of a class, about [`SCORES`] and that of its end.
-    fn scores(&self, found: &Match, point: &[f64]) -> Result<Vec<Score>> {
-        let class = self.identifier.class(found);
-        let end = simulate(class, point, self.seed, &NoInputs)?;
-        let placement = self.placement(found, &end)?;
-        Ok(by_iteration(self.normal, placement, (class, point, self.seed), SCORES, &NoInputs)?)
-    }
-
-    /// The last scores of the first `count` classes of the ranking.
-    fn candidates(&self, count: usize) -> Result<Vec<Score>> {
-        let first = &self.answer.ranking[..count.min(self.answer.ranking.len())];
-        let last = |found: &Match| {
-            let class = self.identifier.class(found);
-            let end = simulate(class, &found.point, self.seed, &NoInputs)?;
-            let placed = self.placement(found, &end)?.place(&end, self.normal.shape);
-            Ok(Score::new(self.normal, &placed, 0))
-        };
-        first.par_iter().with_max_len(1).map(last).collect()
-    }
 }
 
 /// Against the truth, if there is one.

@@ -38,6 +38,21 @@ pub fn simulate(class: &Class, point: &[f64], seed: u64, inputs: &dyn Inputs) ->
     end.ok_or_else(|| Error::config("model", reason()))
 }
 
+/// Rows and columns of the pictures of `class` at `point`, which is started but not run; none if
+/// it shows none at its start.
+///
+/// # Errors
+/// What the model refuses.
+pub(super) fn frame(
+    class: &Class,
+    point: &[f64],
+    inputs: &dyn Inputs,
+) -> Result<Option<[usize; 2]>> {
+    let context = Context { seed: 0, inputs, memory: 1 << 30 };
+    let run = (class.model.start)(&class.configure(point)?, &context)?;
+    Ok(run.artifacts().iter().find_map(ink_of).map(|ink| ink.shape))
+}
+
 /// Runs `class` to its end, or until `look` says no, and shows it the pictures in ink, with the
 /// iteration: about `count` on the way and the last.
 ///

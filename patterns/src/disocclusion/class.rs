@@ -215,7 +215,7 @@ fn inside(table: &str, error: Error) -> Error {
 }
 
 /// The value at a dotted key.
-fn get<'a>(config: &'a Table, key: &str) -> Option<&'a Value> {
+pub(super) fn get<'a>(config: &'a Table, key: &str) -> Option<&'a Value> {
     let mut parts = key.split('.');
     let first = config.get(parts.next()?)?;
     parts.try_fold(first, |at, part| match at {

@@ -39,6 +39,10 @@ use solvers::{Field, texture::Descriptor};
 /// of no class stay below.
 const LEAST_CORRELATION: f64 = 0.72;
 
+/// By how much a difference of two structures' correlations speaks for one of them (logarithm of
+/// the odds per unit).
+const STEEPNESS: f64 = 30.0;
+
 /// A class's own distances, times the first, limit how far its pictures may lie; not less
 /// than the second nor more than the third, which the nearest foreign pictures exceed.
 const LIMIT: (f64, f64, f64) = (1.5, 70.0, 320.0);
@@ -70,6 +74,28 @@ pub struct Answer {
     pub none: bool,
     /// Wavelength of the visible part (pixels), if it has statistics.
     pub wavelength: Option<f64>,
+}
+
+impl Answer {
+    /// Orders the first classes of the ranking, structures whose parameters were searched, by the
+    /// pixel errors `costs` that they came to, and shares their confidence out anew.
+    pub fn decide(&mut self, costs: &[f64]) {
+        let searched = costs.len().min(self.ranking.len());
+        let total: f64 = self.ranking[..searched].iter().map(|m| m.confidence).sum();
+        let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
+        // Where the two colours are about as frequent, a pixel error of e lowers the correlation
+        // by 2 e.
+        let odds: Vec<f64> =
+            costs.iter().map(|cost| libm::exp(-2.0 * STEEPNESS * (cost - least))).collect();
+        let sum: f64 = odds.iter().sum();
+        let mut order: Vec<usize> = (0..searched).collect();
+        order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+        let decided: Vec<Match> = order
+            .iter()
+            .map(|&n| Match { confidence: total * odds[n] / sum, ..self.ranking[n].clone() })
+            .collect();
+        self.ranking[..searched].clone_from_slice(&decided);
+    }
 }
 
 /// A class of an [`Answer`].
@@ -206,7 +232,7 @@ impl Identifier {
             let c = agreement.correlation;
             // Its closeness to another family is what speaks against the first.
             let confidence = match (certain, n) {
-                (true, 0) => 1.0 / (1.0 + libm::exp(-30.0 * (c - second))),
+                (true, 0) => 1.0 / (1.0 + libm::exp(-STEEPNESS * (c - second))),
                 _ => 0.0,
             };
             ranking.push(Match {

@@ -1,7 +1,7 @@
 //! Classes without chance in them, compared pixel by pixel.
 
 use super::{
-    candidate::{Ink, simulate},
+    candidate::{Ink, frame, simulate},
     class::Class,
     normalize::Normal,
     place::{self, Frame},
@@ -85,23 +85,32 @@ pub(super) fn rank(
     candidates: &Candidates,
     inputs: &(dyn Inputs + Sync),
 ) -> Result<Vec<Agreement>> {
-    let found: Vec<Vec<Agreement>> = classes
+    let found: Vec<Option<Agreement>> = classes
         .par_iter()
         .map(|&(class, entry)| {
-            let mut best: Option<Agreement> = None;
-            for index in 0..POINTS {
-                let candidate = candidates.get(class, entry, index, inputs)?;
-                let Some(fit) = agree(normal, candidate) else { break };
-                if best.as_ref().is_none_or(|b| fit.0 > b.correlation) {
-                    let (correlation, angle, inverted) = fit;
+            let frame = frame(entry, &entry.point(SEED, 0), inputs)?;
+            if frame.is_some_and(|frame| !place::alike(normal.shape, frame)) {
+                return Ok(None);
+            }
+            let at = |index: u64| -> Result<Option<Agreement>> {
+                let fit = agree(normal, candidates.get(class, entry, index, inputs)?);
+                let agreement = fit.map(|(correlation, angle, inverted)| {
                     let point = entry.point(SEED, index);
-                    best = Some(Agreement { class, correlation, angle, inverted, point });
-                }
-                if best.as_ref().is_none_or(|b| b.correlation < UNLIKE) {
-                    break;
+                    Agreement { class, correlation, angle, inverted, point }
+                });
+                Ok(agreement)
+            };
+            let Some(mut best) = at(0)? else { return Ok(None) };
+            if best.correlation >= UNLIKE {
+                let others: Vec<Option<Agreement>> =
+                    (1..POINTS).into_par_iter().map(at).collect::<Result<_>>()?;
+                for other in others.into_iter().flatten() {
+                    if other.correlation > best.correlation {
+                        best = other;
+                    }
                 }
             }
-            Ok(best.into_iter().collect())
+            Ok(Some(best))
         })
         .collect::<Result<_>>()?;
     let mut found: Vec<Agreement> = found.into_iter().flatten().collect();
