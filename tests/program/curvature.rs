@@ -3,7 +3,9 @@
 
 use lab::output::npy;
 use patterns::curvature::energy::{Edges, Energy, EnergyConfig, Orientation, Scalar, Spatial};
-use patterns::curvature::flow::{Descent, DescentConfig, Fast, FastConfig, Paper, PaperConfig};
+use patterns::curvature::flow::{
+    Descent, DescentConfig, Fast, FastConfig, Opened, OpenedConfig, Paper, PaperConfig,
+};
 use patterns::curvature::{Coefficients, Mask, Potential};
 use solvers::Float;
 use solvers::blur::{Blur, BlurEdges, Stored};
@@ -357,6 +359,36 @@ fn mass_is_kept() {
     }
 }
 
+/// Its opening is the published flow and its rest the fast one from there, to the bit; given
+/// voxels stay in both.
+#[test]
+fn an_opened_flow_is_the_published_one_and_then_the_fast_one() {
+    let case = &CASES[1];
+    let inside: Vec<bool> = (0..SHAPE.iter().product()).map(|i| i % SHAPE[2] >= 6).collect();
+    let mask = || Mask::outside(&inside);
+    let map = || potential(SHAPE, case.m0);
+    let energy = energy::<f64>(case);
+    for opening in [0, 5] {
+        let config = OpenedConfig { opening, ..OpenedConfig::default() };
+        let opened = Opened::new(energy.clone(), map(), config, 3).unwrap();
+        let mut opened = opened.with_mask(mask());
+        let paper = Paper::new(energy.clone(), map(), config.paper, 3).unwrap();
+        let mut paper = paper.with_mask(mask());
+        for _ in 0..opening {
+            assert_eq!(opened.step().unwrap(), paper.step().unwrap());
+        }
+        let fast = Fast::new(energy.clone(), config.fast, paper.phase().to_vec()).unwrap();
+        let mut fast = fast.with_mask(mask());
+        for n in 0..7 {
+            let step = fast.step().unwrap();
+            assert_eq!(step.energy.to_bits(), opened.step().unwrap().energy.to_bits());
+            assert_eq!((step.iteration, opened.steps()), (n, opening + n + 1));
+        }
+        assert_eq!(opened.phase(), fast.phase());
+        assert!(opened.phase().iter().zip(&inside).all(|(&u, &inside)| inside || u == -1.0));
+    }
+}
+
 #[test]
 fn given_voxels_stay() {
     let case = &CASES[1];
@@ -385,15 +417,19 @@ fn threads_do_not_change_a_bit() {
             let mut paper = Paper::new(energy.clone(), map, PaperConfig::default(), 3).unwrap();
             let start = paper.phase().to_vec();
             let mut fast = Fast::new(energy.clone(), FastConfig::default(), start.clone()).unwrap();
+            let map = Potential::new(shape, 0.01, 2.0, &Spatial::Uniform(-0.6)).unwrap();
+            let config = OpenedConfig { opening: 2, ..OpenedConfig::default() };
+            let mut opened = Opened::new(energy.clone(), map, config, 3).unwrap();
             let config = DescentConfig { beta: Some(1.0), ..DescentConfig::default() };
             let mut descent = Descent::new(energy, config, None, start).unwrap();
             let mut energies = Vec::new();
             for _ in 0..4 {
                 energies.push(paper.step().unwrap().energy.to_bits());
                 energies.push(fast.step().unwrap().energy.to_bits());
+                energies.push(opened.step().unwrap().energy.to_bits());
                 energies.push(descent.step().unwrap().0.energy.to_bits());
             }
-            let all = [paper.phase(), fast.phase(), descent.phase()].concat();
+            let all = [paper.phase(), fast.phase(), opened.phase(), descent.phase()].concat();
             (energies, all.iter().map(|u| u.to_bits()).collect::<Vec<_>>())
         })
     };

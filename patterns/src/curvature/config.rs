@@ -1,6 +1,7 @@
 //! The configuration of a run.
 
 use super::Interpretable;
+use super::flow::OpenedConfig;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +37,9 @@ pub struct Config {
     pub flow: Flow,
     /// Evaluations of the energy; the flow may stop before.
     pub evaluations: u64,
+    /// Those of the published flow at the beginning of the fast one from noise, below
+    /// `evaluations`; absent: a fifth of them, at most 200.
+    pub opening: Option<u64>,
     /// Step of the method; absent: the method's own.
     pub rate: Option<f64>,
     /// Standard deviation of the blur (voxels); 0: none.
@@ -189,7 +193,8 @@ impl Default for Config {
             exclude: None,
             start: Start::default(),
             flow: Flow::default(),
-            evaluations: 700,
+            evaluations: 1100,
+            opening: None,
             rate: None,
             blur: 2.0,
             precision: Precision::default(),
@@ -248,6 +253,7 @@ impl Config {
         if !(1..=10_000_000).contains(&self.evaluations) {
             return Err(Error::range("evaluations", self.evaluations as f64, "[1, 10000000]"));
         }
+        self.check_opening()?;
         if let Some(rate) = self.rate {
             positive("rate", rate)?;
         }
@@ -282,12 +288,34 @@ impl Config {
         Ok(())
     }
 
+    fn check_opening(&self) -> Result<()> {
+        let Some(opening) = self.opening else { return Ok(()) };
+        if self.flow != Flow::Fast || self.start != Start::Noise {
+            let reason = "only the fast flow from noise has one";
+            return Err(Error::config("opening", reason));
+        }
+        if opening < self.evaluations {
+            return Ok(());
+        }
+        let range = format!("[0, {}): below `evaluations`", self.evaluations);
+        Err(Error::range("opening", opening as f64, &range))
+    }
+
+    /// Steps of the published flow before those of the fast one.
+    pub(super) fn opening(&self) -> u64 {
+        let usual = (self.evaluations / 5).min(OpenedConfig::default().opening);
+        match self.start {
+            Start::Noise => self.opening.unwrap_or(usual),
+            _ => 0,
+        }
+    }
+
     /// Memory of the flow, of the surface and of its pictures.
     pub(super) fn bytes_per_voxel(&self) -> usize {
         let float = if self.precision == Precision::F64 { 8 } else { 4 };
         let fields = match self.flow {
-            Flow::Paper => 12,
-            Flow::Fast => 8,
+            Flow::Fast if self.opening() == 0 => 8,
+            Flow::Fast | Flow::Paper => 12,
             Flow::L2 | Flow::L2Mass => 28,
         };
         let maps = if self.along.is_some() { 7 * (8 + float) } else { 0 };

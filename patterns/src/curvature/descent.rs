@@ -2,7 +2,7 @@
 
 use super::Diagram;
 use super::energy::Scalar;
-use super::flow::{self, Fast, Paper, StepInfo};
+use super::flow::{self, Fast, Guard, Opened, Paper, Stage, StepInfo};
 use crate::{Error, Result, State};
 use solvers::spectral::Transforms;
 use solvers::{Float, mesh::TriangleMesh};
@@ -19,6 +19,10 @@ pub(super) trait Descent {
     fn discrepancy(&self) -> f64;
     /// The curvatures on a mesh of one of the phase's levels.
     fn diagram(&self, mesh: &TriangleMesh) -> Result<Diagram>;
+    /// Times that its rate was halved.
+    fn halvings(&self) -> u64 {
+        0
+    }
     /// Adds all that is needed to go on.
     fn save(&self, state: &mut State);
     /// Goes on from what was saved.
@@ -119,8 +123,16 @@ impl<T: Stored> Descent for Fast<T> {
         self.steps()
     }
 
+    fn halvings(&self) -> u64 {
+        self.guard().halvings
+    }
+
     fn save(&self, state: &mut State) {
         state.put_u64("steps", &[self.steps()]);
+        let Guard { ceiling, halvings, begun } = self.guard();
+        state.put_f64("ceiling", ceiling.as_slice());
+        state.put_u64("halvings", &[halvings]);
+        state.put_u64("begun", &[begun]);
         for (name, field) in ["y", "mean", "square"].iter().zip(self.state()) {
             T::put(state, name, field);
         }
@@ -130,8 +142,60 @@ impl<T: Stored> Descent for Fast<T> {
         let length = self.energy().voxels();
         let field = |name: &str| T::get(state, name, length);
         let fields = [field("y")?, field("mean")?, field("square")?];
-        self.restore(fields, state.one_u64("steps")?);
+        let guard = Guard {
+            ceiling: state.all_f64("ceiling")?.first().copied(),
+            halvings: state.one_u64("halvings")?,
+            begun: state.one_u64("begun")?,
+        };
+        self.restore(fields, state.one_u64("steps")?, guard);
         Ok(())
+    }
+}
+
+impl<T: Stored> Descent for Opened<T> {
+    measures!();
+
+    fn step(&mut self) -> Result<(StepInfo, bool)> {
+        Ok((self.step()?, false))
+    }
+
+    fn evaluations(&self) -> u64 {
+        self.steps()
+    }
+
+    fn halvings(&self) -> u64 {
+        match self.stage() {
+            Stage::Opening(_) => 0,
+            Stage::Fast(fast) => fast.guard().halvings,
+        }
+    }
+
+    fn save(&self, state: &mut State) {
+        state.put_f64("first_energy", self.first_energy().as_slice());
+        let opened = match self.stage() {
+            Stage::Opening(paper) => {
+                Descent::save(&**paper, state);
+                0
+            }
+            Stage::Fast(fast) => {
+                T::put(state, "start", fast.start());
+                Descent::save(&**fast, state);
+                1
+            }
+        };
+        state.put_u64("opened", &[opened]);
+    }
+
+    fn restore(&mut self, state: &State) -> Result<()> {
+        let start = match state.one_u64("opened")? {
+            0 => None,
+            _ => Some(T::get(state, "start", self.energy().voxels())?),
+        };
+        self.resume(state.all_f64("first_energy")?.first().copied(), start)?;
+        match self.stage_mut() {
+            Stage::Opening(paper) => Descent::restore(&mut **paper, state),
+            Stage::Fast(fast) => Descent::restore(&mut **fast, state),
+        }
     }
 }
 

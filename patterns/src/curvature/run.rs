@@ -3,7 +3,9 @@
 use super::config::{Boundary, Config, Flow, Precision};
 use super::descent::{Descent, Stored};
 use super::energy::Energy;
-use super::flow::{self, DescentConfig, Fast, FastConfig, Paper, PaperConfig, StepInfo};
+use super::flow::{
+    self, DescentConfig, Fast, FastConfig, Opened, OpenedConfig, Paper, PaperConfig, StepInfo,
+};
 use super::{Mask, Potential, presets, start, view, written};
 use crate::{Artifact, Context, Error, Image, Metric, Result, Run, State, Status, Surface};
 use solvers::{
@@ -68,7 +70,6 @@ pub(super) fn begin(table: &toml::Table, context: &Context<'_>) -> Result<Box<dy
 fn descent<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Box<dyn Descent>> {
     let energy = Energy::<T>::new(written::energy(config, context)?)?;
     let mask = mask::<T>(config, context)?;
-    let phase = start::phase(config, context)?;
     let rate = |default: f64| config.rate.unwrap_or(default);
     if config.flow == Flow::Paper {
         let adam = AdamConfig { rate: rate(1e-3), ..PaperConfig::default().adam };
@@ -78,6 +79,10 @@ fn descent<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Box<dyn 
         }
         return Ok(Box::new(flow));
     }
+    let phase = start::phase(config, context)?;
+    if config.flow == Flow::Fast {
+        return fast(config, context, energy, mask, phase);
+    }
     let u = match phase {
         Some(phase) => phase.into_iter().map(<T as Real>::from_f64).collect(),
         None => {
@@ -85,22 +90,40 @@ fn descent<T: Stored>(config: &Config, context: &Context<'_>) -> Result<Box<dyn 
             start::noise(config.shape(), config.spacing, config.blur, &mass, context.seed)?
         }
     };
-    if config.flow == Flow::Fast {
-        let default = FastConfig::default();
-        let adam = AdamConfig { rate: rate(default.adam.rate), ..default.adam };
-        let decay = Some(config.evaluations);
-        let mut flow = Fast::new(energy, FastConfig { adam, decay, ..default }, u)?;
-        if let Some(mask) = mask {
-            flow = flow.with_mask(mask);
-        }
-        return Ok(Box::new(flow));
-    }
     let keep_mass = config.flow == Flow::L2Mass;
     // The preconditioner is a spectrum, which wants a box without ends and no blur.
     let beta = (keep_mass && config.boundary == Boundary::Periodic).then_some(1.0);
     let sigma = (config.blur > 0.0 && beta.is_none()).then_some(config.blur);
     let settings = DescentConfig { sigma, keep_mass, beta, ..DescentConfig::default() };
     Ok(Box::new(flow::Descent::new(energy, settings, mask, u)?))
+}
+
+/// The fast flow: from noise after an opening, from a phase at once.
+fn fast<T: Stored>(
+    config: &Config,
+    context: &Context<'_>,
+    energy: Energy<T>,
+    mask: Option<Mask<T>>,
+    phase: Option<Vec<f64>>,
+) -> Result<Box<dyn Descent>> {
+    let opening = config.opening();
+    let default = if opening > 0 { OpenedConfig::default().fast } else { FastConfig::default() };
+    let adam = AdamConfig { rate: config.rate.unwrap_or(default.adam.rate), ..default.adam };
+    let fast = FastConfig { adam, decay: Some(config.evaluations - opening), ..default };
+    let Some(phase) = phase else {
+        let settings = OpenedConfig { opening, fast, ..OpenedConfig::default() };
+        let mut flow = Opened::new(energy, potential(config)?, settings, context.seed)?;
+        if let Some(mask) = mask {
+            flow = flow.with_mask(mask);
+        }
+        return Ok(Box::new(flow));
+    };
+    let u = phase.into_iter().map(<T as Real>::from_f64).collect();
+    let mut flow = Fast::new(energy, fast, u)?;
+    if let Some(mask) = mask {
+        flow = flow.with_mask(mask);
+    }
+    Ok(Box::new(flow))
 }
 
 fn potential<T: Stored>(config: &Config) -> Result<Potential<T>> {
@@ -267,7 +290,14 @@ impl Run for Texture {
     }
 
     fn notes(&self) -> Vec<String> {
-        self.notes.clone()
+        let mut notes = self.notes.clone();
+        match self.flow.halvings() {
+            0 => {}
+            n => notes.push(format!(
+                "the energy rose above that of the start: the rate was halved {n} times"
+            )),
+        }
+        notes
     }
 
     fn save(&self) -> State {

@@ -41,7 +41,11 @@ fn every_flow_resumes_to_the_same_bytes() {
     for settings in [
         "flow = 'paper'",
         "flow = 'paper'\nprecision = 'f64'\nexclude = 'ball.npy'",
-        "flow = 'fast'\ninclude = 'ball.npy'",
+        "flow = 'fast'\nopening = 8\ninclude = 'ball.npy'",
+        "flow = 'fast'\nopening = 4\nexclude = 'ball.npy'",
+        "flow = 'fast'\nopening = 6\nprecision = 'f64'",
+        "flow = 'fast'\nopening = 8\nrate = 300.0",
+        "flow = 'fast'\nopening = 2\nrate = 300.0",
         "flow = 'fast'\norientation = { weight = 100.0, direction = [0, 0, 2] }",
         along,
         "flow = 'l2'\nblur = 1.0\nboundary = 'replicated'",
@@ -62,6 +66,26 @@ fn every_flow_resumes_to_the_same_bytes() {
         }
         assert!(whole.save() == resumed.save(), "{settings}");
         assert_eq!(whole.metrics(), resumed.metrics(), "{settings}");
+    }
+}
+
+#[test]
+fn too_long_a_rate_is_halved_until_the_energy_falls() {
+    for settings in ["opening = 0", "opening = 10", "opening = 0\nprecision = 'f64'"] {
+        let mut ends = Vec::new();
+        for rate in [0.5, 1e3, 1e9] {
+            let settings = format!("{SMALL}evaluations = 150\nrate = {rate}\n{settings}");
+            let settings = settings.replacen("evaluations = 60\n", "", 1);
+            let mut run = start(&settings).unwrap();
+            while run.step().unwrap() == Status::Running {}
+            let metrics = run.metrics();
+            let metric = |name: &str| metrics.iter().find(|m| m.name == name).unwrap().value;
+            println!("{settings}: F {} {:?}", metric("energy"), run.notes());
+            assert_eq!(metric("evaluations"), 150.0);
+            assert_eq!(run.notes().iter().any(|note| note.contains("halved")), rate > 1.0);
+            ends.push(metric("energy"));
+        }
+        assert!(ends[1..].iter().all(|end| *end < 3.0 * ends[0]), "{ends:?}");
     }
 }
 
@@ -131,6 +155,9 @@ fn what_a_flow_cannot_do_is_refused() {
         ("orientation = { weight = 1.0 }", "orientation"),
         ("along = { axis = 'x', stops = [] }", "along.stops"),
         ("preset = 'tubs'", "preset"),
+        ("evaluations = 300\nopening = 300", "opening"),
+        ("flow = 'paper'\nopening = 10", "opening"),
+        ("start = { kind = 'sphere', radius = 0.1 }\nopening = 10", "opening"),
         ("level = 1.0", "level"),
     ] {
         let message = start(settings).err().map(|error| error.to_string()).unwrap_or_default();

@@ -1,9 +1,9 @@
 //! Adam in a spectrally preconditioned variable.
 
 use super::StepInfo;
-use super::precondition::preconditioner;
+use super::precondition::{check as check_preconditioner, preconditioner};
 use crate::curvature::Mask;
-use crate::curvature::energy::{Energy, Scalar};
+use crate::curvature::energy::{Energy, EnergyConfig, Scalar};
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 use solvers::optimize::{Adam, AdamConfig};
@@ -13,6 +13,12 @@ use solvers::{Aligned, Result};
 
 /// Variables that are updated together.
 const PART: usize = 4096;
+
+/// Energies above that of the beginning, times this, are those of too long a rate.
+const RISE: f64 = 2.0;
+
+/// Most halvings of the rate.
+const HALVINGS: u64 = 40;
 
 /// Constants of the fast flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,8 +38,17 @@ impl Default for FastConfig {
     }
 }
 
+impl FastConfig {
+    /// Refuses constants out of their range, and energies that it cannot lower.
+    pub(super) fn check(&self, energy: &EnergyConfig) -> Result<()> {
+        self.adam.check()?;
+        check_preconditioner(energy, self.beta)
+    }
+}
+
 /// Adam on y, with `u = u0 + h^(-1/2) y` (`precondition.rs`): all wave lengths fall about as
-/// fast, and the mean of u stays that of u0 to rounding. Three fields of state.
+/// fast, and the mean of u stays that of u0 to rounding. Where the energy rises far above that of
+/// the beginning, it begins again at half the rate. Three fields of state.
 #[derive(Debug)]
 pub struct Fast<T: Transforms> {
     config: FastConfig,
@@ -44,10 +59,22 @@ pub struct Fast<T: Transforms> {
     /// y, mean gradient, mean squared gradient.
     state: [Aligned<T>; 3],
     steps: u64,
+    guard: Guard,
     u: Aligned<T>,
     gradient: Aligned<T>,
     transformed: Aligned<T>,
     norms: Vec<f64>,
+}
+
+/// What has become of the rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guard {
+    /// Largest energy that is let pass; none before the first evaluation.
+    pub ceiling: Option<f64>,
+    /// Times that the rate was halved.
+    pub halvings: u64,
+    /// Evaluations before the flow last began.
+    pub begun: u64,
 }
 
 impl<T: Scalar + Transforms> Fast<T> {
@@ -59,7 +86,7 @@ impl<T: Scalar + Transforms> Fast<T> {
     /// # Panics
     /// If `u0` has not one number per voxel.
     pub fn new(energy: Energy<T>, config: FastConfig, u0: Vec<T>) -> Result<Self> {
-        config.adam.check()?;
+        config.check(energy.config())?;
         let n = energy.voxels();
         assert_eq!(u0.len(), n, "one number per voxel");
         let root = preconditioner(energy.config(), config.beta, -0.5)?;
@@ -75,6 +102,7 @@ impl<T: Scalar + Transforms> Fast<T> {
             start: u0,
             state: [zeros(), zeros(), zeros()],
             steps: 0,
+            guard: Guard { ceiling: None, halvings: 0, begun: 0 },
             gradient,
             transformed,
             norms: vec![0.0; n.div_ceil(PART)],
@@ -89,13 +117,29 @@ impl<T: Scalar + Transforms> Fast<T> {
         self
     }
 
-    /// Evaluates, then steps.
+    /// Judges the rate by the energy of another beginning than u0, as of the noise before u0.
+    #[must_use]
+    pub fn with_first_energy(mut self, energy: f64) -> Self {
+        self.guard.ceiling = Some(RISE * energy.abs());
+        self
+    }
+
+    /// Evaluates, then steps. An evaluation that shows that the rate is too long is followed by
+    /// another.
     ///
     /// # Errors
-    /// If the energy or its gradient is not finite.
+    /// If the energy or its gradient is not finite at u0, or rises at every rate.
     pub fn step(&mut self) -> Result<StepInfo> {
-        let energy = self.energy.value_and_gradient(&self.u, &mut self.gradient);
-        let info = StepInfo { iteration: self.steps, energy, gradient_norm: 0.0 }.check()?;
+        let info = loop {
+            let energy = self.energy.value_and_gradient(&self.u, &mut self.gradient);
+            let info = StepInfo { iteration: self.steps, energy, gradient_norm: 0.0 };
+            let ceiling = *self.guard.ceiling.get_or_insert(RISE * energy.abs());
+            let first = self.steps == self.guard.begun;
+            if first || energy <= ceiling || self.guard.halvings == HALVINGS {
+                break info.check()?;
+            }
+            self.begin_again();
+        };
         if let Some(mask) = &self.mask {
             mask.clear(&mut self.gradient);
         }
@@ -105,8 +149,9 @@ impl<T: Scalar + Transforms> Fast<T> {
             .decay
             .map_or(1.0, |decay| (1.0 - self.steps as f64 / decay.max(1) as f64).max(0.0));
         self.steps += 1;
-        let adam = AdamConfig { rate: self.config.adam.rate * left, ..self.config.adam };
-        let adam = Adam::new(&adam, self.steps);
+        let halved = libm::exp2(-(self.guard.halvings as f64));
+        let adam = AdamConfig { rate: self.config.adam.rate * halved * left, ..self.config.adam };
+        let adam = Adam::new(&adam, self.steps - self.guard.begun);
         let [y, m, v] = &mut self.state;
         let parts = y.par_chunks_mut(PART).zip(m.par_chunks_mut(PART)).zip(v.par_chunks_mut(PART));
         let parts = parts.zip(self.transformed.par_chunks(PART)).zip(self.norms.par_iter_mut());
@@ -116,6 +161,15 @@ impl<T: Scalar + Transforms> Fast<T> {
         let gradient_norm = self.norms.iter().sum::<f64>().sqrt();
         self.compute_phase();
         StepInfo { gradient_norm, ..info }.check()
+    }
+
+    /// At u0, with half the rate.
+    fn begin_again(&mut self) {
+        self.steps += 1;
+        self.guard.begun = self.steps;
+        self.guard.halvings += 1;
+        self.state.iter_mut().for_each(|values| values.fill(T::zero()));
+        self.compute_phase();
     }
 
     fn compute_phase(&mut self) {
@@ -131,18 +185,28 @@ impl<T: Scalar + Transforms> Fast<T> {
         &self.u
     }
 
+    /// Where it began.
+    pub fn start(&self) -> &[T] {
+        &self.start
+    }
+
     /// Its energy's constants and measures.
     pub fn energy(&self) -> &Energy<T> {
         &self.energy
     }
 
-    /// Steps made.
+    /// Evaluations made: the steps, and those that showed that the rate was too long.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// y, mean gradient, mean squared gradient: with u0 and [`Fast::steps`] all that a
-    /// checkpoint needs.
+    /// What has become of the rate.
+    pub fn guard(&self) -> Guard {
+        self.guard
+    }
+
+    /// y, mean gradient, mean squared gradient: with u0, [`Fast::steps`] and [`Fast::guard`] all
+    /// that a checkpoint needs.
     pub fn state(&self) -> &[Aligned<T>; 3] {
         &self.state
     }
@@ -151,10 +215,11 @@ impl<T: Scalar + Transforms> Fast<T> {
     ///
     /// # Panics
     /// If it has not one number per voxel.
-    pub fn restore(&mut self, state: [Vec<T>; 3], steps: u64) {
+    pub fn restore(&mut self, state: [Vec<T>; 3], steps: u64, guard: Guard) {
         let n = self.energy.voxels();
         assert!(state.iter().all(|values| values.len() == n), "one number per voxel");
-        (self.state, self.steps) = (state.map(|values| Aligned::from(&values[..])), steps);
+        self.state = state.map(|values| Aligned::from(&values[..]));
+        (self.steps, self.guard) = (steps, guard);
         self.compute_phase();
     }
 }

@@ -5,11 +5,13 @@
 
 mod descent;
 mod fast;
+mod opened;
 mod paper;
 mod precondition;
 
 pub use descent::{Descent, DescentConfig};
-pub use fast::{Fast, FastConfig};
+pub use fast::{Fast, FastConfig, Guard};
+pub use opened::{Opened, OpenedConfig, Stage};
 pub use paper::{Paper, PaperConfig, start};
 
 use solvers::{Error, Result};

@@ -1,0 +1,172 @@
+//! The fast flow after an opening of the published one.
+
+use super::{Fast, FastConfig, Paper, PaperConfig, StepInfo};
+use crate::curvature::energy::{Energy, Scalar};
+use crate::curvature::{Mask, Potential};
+use solvers::Result;
+use solvers::optimize::AdamConfig;
+use solvers::spectral::Transforms;
+
+/// Constants of both flows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpenedConfig {
+    /// Of the opening.
+    pub paper: PaperConfig,
+    /// Its steps.
+    pub opening: u64,
+    /// Of what follows.
+    pub fast: FastConfig,
+}
+
+impl Default for OpenedConfig {
+    /// 200 steps, and a rate of 0.5 for those that follow, which keeps
+    /// the order that it finds: at a rate of 1 the first steps would be as large as the noise.
+    fn default() -> Self {
+        let fast = FastConfig::default();
+        let fast = FastConfig { adam: AdamConfig { rate: 0.5, ..fast.adam }, ..fast };
+        Self { paper: PaperConfig::default(), opening: 200, fast }
+    }
+}
+
+/// A flow of two stages: the first steps choose where there will be a wall, a tube or a hole, and
+/// the fast flow, left to choose, chooses otherwise than the published one.
+#[derive(Debug)]
+pub struct Opened<T: Transforms> {
+    config: OpenedConfig,
+    mask: Option<Mask<T>>,
+    /// Of the noise, once it was evaluated.
+    first_energy: Option<f64>,
+    stage: Stage<T>,
+}
+
+/// Where an [`Opened`] flow is.
+#[derive(Debug)]
+pub enum Stage<T: Transforms> {
+    /// In its opening.
+    Opening(Box<Paper<T>>),
+    /// Past it.
+    Fast(Box<Fast<T>>),
+}
+
+impl<T: Scalar + Transforms> Opened<T> {
+    /// The published start, as [`Paper::new`].
+    ///
+    /// # Errors
+    /// As [`Paper::new`] and [`Fast::new`].
+    pub fn new(
+        energy: Energy<T>,
+        potential: Potential<T>,
+        config: OpenedConfig,
+        seed: u64,
+    ) -> Result<Self> {
+        config.fast.check(energy.config())?;
+        let paper = Paper::new(energy, potential, config.paper, seed)?;
+        let stage = Stage::Opening(Box::new(paper));
+        let mut flow = Self { config, mask: None, first_energy: None, stage };
+        flow.hand_over()?;
+        Ok(flow)
+    }
+
+    /// Gives u at some voxels; the mean of u is then no longer kept.
+    #[must_use]
+    pub fn with_mask(mut self, mask: Mask<T>) -> Self {
+        self.mask = Some(mask.clone());
+        self.stage = match self.stage {
+            Stage::Opening(paper) => Stage::Opening(Box::new(paper.with_mask(mask))),
+            Stage::Fast(fast) => Stage::Fast(Box::new(fast.with_mask(mask))),
+        };
+        self
+    }
+
+    /// Evaluates, then steps.
+    ///
+    /// # Errors
+    /// If the energy or its gradient is not finite.
+    pub fn step(&mut self) -> Result<StepInfo> {
+        let info = match &mut self.stage {
+            Stage::Opening(paper) => paper.step()?,
+            Stage::Fast(fast) => {
+                let info = fast.step()?;
+                StepInfo { iteration: self.config.opening + info.iteration, ..info }
+            }
+        };
+        self.first_energy.get_or_insert(info.energy);
+        self.hand_over()?;
+        Ok(info)
+    }
+
+    fn hand_over(&mut self) -> Result<()> {
+        match &self.stage {
+            Stage::Opening(paper) if paper.steps() >= self.config.opening => {
+                let phase = paper.phase().to_vec();
+                self.begin(phase)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes up a checkpoint: the energy of the noise and, past the opening, where the fast flow
+    /// began.
+    ///
+    /// # Errors
+    /// As [`Fast::new`].
+    ///
+    /// # Panics
+    /// If `start` has not one number per voxel.
+    pub fn resume(&mut self, first_energy: Option<f64>, start: Option<Vec<T>>) -> Result<()> {
+        self.first_energy = first_energy;
+        start.map_or(Ok(()), |start| self.begin(start))
+    }
+
+    /// Begins the fast flow.
+    fn begin(&mut self, start: Vec<T>) -> Result<()> {
+        let mut fast = Fast::new(self.energy().clone(), self.config.fast, start)?;
+        if let Some(mask) = &self.mask {
+            fast = fast.with_mask(mask.clone());
+        }
+        if let Some(energy) = self.first_energy {
+            fast = fast.with_first_energy(energy);
+        }
+        self.stage = Stage::Fast(Box::new(fast));
+        Ok(())
+    }
+
+    /// The phase field, shape `[nz, ny, nx]`.
+    pub fn phase(&self) -> &[T] {
+        match &self.stage {
+            Stage::Opening(paper) => paper.phase(),
+            Stage::Fast(fast) => fast.phase(),
+        }
+    }
+
+    /// Its energy's constants and measures.
+    pub fn energy(&self) -> &Energy<T> {
+        match &self.stage {
+            Stage::Opening(paper) => paper.energy(),
+            Stage::Fast(fast) => fast.energy(),
+        }
+    }
+
+    /// Evaluations made, of both stages.
+    pub fn steps(&self) -> u64 {
+        match &self.stage {
+            Stage::Opening(paper) => paper.steps(),
+            Stage::Fast(fast) => self.config.opening + fast.steps(),
+        }
+    }
+
+    /// Energy of the noise, once it was evaluated.
+    pub fn first_energy(&self) -> Option<f64> {
+        self.first_energy
+    }
+
+    /// Where it is: with [`Opened::first_energy`] all that a checkpoint needs.
+    pub fn stage(&self) -> &Stage<T> {
+        &self.stage
+    }
+
+    /// The same, to restore a checkpoint.
+    pub fn stage_mut(&mut self) -> &mut Stage<T> {
+        &mut self.stage
+    }
+}
