@@ -11,27 +11,22 @@
 
 use patterns::Result;
 use patterns::curvature::energy::{Energy, EnergyConfig, Spatial};
-use patterns::curvature::flow::{FastConfig, Opened, OpenedConfig, Paper, PaperConfig};
+use patterns::curvature::flow::{Opened, OpenedConfig, Paper, PaperConfig};
 use patterns::curvature::{Coefficients, Diagram, Potential};
 use solvers::{
     Field, Grid,
     isosurface::{self, Caps},
-    optimize::AdamConfig,
 };
 use std::time::Instant;
 
-/// Name, coefficients, mass; evaluations, opening and rate of the fast flow.
-type Case = (&'static str, [f64; 6], f64, u64, (u64, f64));
-
-/// What `patterns curvature` takes unless told, and with `--opening 0`.
-const OPENED: (u64, f64) = (200, 0.5);
-const AT_ONCE: (u64, f64) = (0, 1.0);
+/// Name, coefficients, mass; evaluations and opening of the fast flow, if not the usual one.
+type Case = (&'static str, [f64; 6], f64, u64, Option<u64>);
 
 const CASES: [Case; 4] = [
-    ("tubes", [1.0, 2.0, 6.0, -40.0, -40.0, 400.0], -0.6, 1100, OPENED),
-    ("bilayers", [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], -0.4, 1100, OPENED),
-    ("layers", [2.0, 2.0, 2.0, 0.0, 0.0, 0.0], -0.3, 1900, OPENED),
-    ("sponges", [1.0, 2.8, 2.0, -10.0, -10.0, 25.0], -0.25, 2000, AT_ONCE),
+    ("tubes", [1.0, 2.0, 6.0, -40.0, -40.0, 400.0], -0.6, 1100, None),
+    ("bilayers", [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], -0.4, 1100, None),
+    ("layers", [2.0, 2.0, 2.0, 0.0, 0.0, 0.0], -0.3, 1900, None),
+    ("sponges", [1.0, 2.8, 2.0, -10.0, -10.0, 25.0], -0.25, 2000, Some(0)),
 ];
 
 /// Steps of the published flow.
@@ -53,7 +48,8 @@ fn main() -> Result<()> {
     let (size, seeds) = (number(1, 100), number(2, 5));
     let wanted = argument(3).unwrap_or_default();
     let chosen = |name: &str| wanted.is_empty() || wanted.split(',').any(|w| w == name);
-    for (name, coefficients, mass, evaluations, opened) in CASES.into_iter().filter(|c| chosen(c.0))
+    for (name, coefficients, mass, evaluations, opening) in
+        CASES.into_iter().filter(|c| chosen(c.0))
     {
         let asked = argument(4).map(|list| list.split(',').flat_map(str::parse).collect());
         let lengths: Vec<u64> = asked.unwrap_or_else(|| vec![evaluations]);
@@ -66,7 +62,7 @@ fn main() -> Result<()> {
             let problem = Problem { size, coefficients, mass, seed };
             let one = problem.published()?;
             for (&length, fast) in lengths.iter().zip(&mut fast) {
-                let (two, reached) = problem.fast(length, opened, one.energy)?;
+                let (two, reached) = problem.fast(length, opening, one.energy)?;
                 let reached = reached.map_or("never".into(), |(n, s)| format!("{n} in {s:.1} s"));
                 println!(
                     "  {seed}  {:9.1} {:.3} {:6.1}  {length} {:9.1} {:.3} {:6.1}  {reached}",
@@ -123,14 +119,10 @@ impl Problem {
     fn fast(
         &self,
         evaluations: u64,
-        (opening, rate): (u64, f64),
+        opening: Option<u64>,
         target: f64,
     ) -> Result<(End, Option<(u64, f64)>)> {
-        let default = OpenedConfig::default();
-        let adam = AdamConfig { rate, ..default.fast.adam };
-        let decay = Some(evaluations.saturating_sub(opening));
-        let fast = FastConfig { adam, decay, ..default.fast };
-        let config = OpenedConfig { opening, fast, ..default };
+        let config = OpenedConfig::new(evaluations, opening);
         let mut flow = Opened::new(self.energy()?, self.potential()?, config, self.seed)?;
         let (clock, mut reached, mut energy) = (Instant::now(), None, f64::NAN);
         for n in 1..=evaluations {

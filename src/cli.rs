@@ -22,7 +22,7 @@ mod values;
 
 use crate::{manifest::RunStatus, runner};
 use anyhow::Result;
-use clap::{CommandFactory as _, Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use std::{io, process::ExitCode, sync::atomic::Ordering};
 
 /// Grow, optimize, reconstruct and look at patterns.
@@ -66,9 +66,26 @@ enum Command {
     Man,
 }
 
+/// The command line. A negative number is never a flag: what is refused is told by its value.
+fn command() -> clap::Command {
+    negative_numbers(Cli::command())
+}
+
+fn negative_numbers(command: clap::Command) -> clap::Command {
+    let names: Vec<String> = command.get_subcommands().map(|c| c.get_name().into()).collect();
+    let command = command.mut_args(|argument| match argument.get_action().takes_values() {
+        true => argument.allow_negative_numbers(true),
+        false => argument,
+    });
+    names.into_iter().fold(command, |command, name| command.mut_subcommand(name, negative_numbers))
+}
+
 /// Runs the program; the exit code is 0 for done, 1 for not converged, 2 for an error.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::from_arg_matches(&command().get_matches()) {
+        Ok(cli) => cli,
+        Err(error) => error.exit(),
+    };
     // A second Ctrl-C stops at once; without a handler every Ctrl-C does.
     let _ = ctrlc::set_handler(|| {
         if runner::INTERRUPTED.swap(true, Ordering::Relaxed) {
@@ -131,7 +148,18 @@ mod tests {
 
     #[test]
     fn flags_do_not_clash() {
-        Cli::command().debug_assert();
+        command().debug_assert();
+    }
+
+    #[test]
+    fn a_negative_number_is_refused_as_the_value_that_it_is() {
+        for line in ["rd --iterations -5", "curvature --opening -5", "curvature atlas --count -5"] {
+            let words = format!("patterns {line}");
+            let refused = command().try_get_matches_from(words.split(' '));
+            let message = refused.map(|_| ()).unwrap_err().to_string();
+            let flag = line.split(' ').rev().nth(1).unwrap();
+            assert!(message.contains(&format!("'-5' for '{flag}")), "{message}");
+        }
     }
 
     #[test]

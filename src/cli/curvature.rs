@@ -56,7 +56,8 @@ pub(super) struct Args {
     /// texture that the paper's would [default: a fifth of --evaluations, at most 200].
     #[arg(long, value_name = "N")]
     opening: Option<u64>,
-    /// Step of the method [default: its own].
+    /// Step of the method [default: fast .5, without an opening 1; paper .001]; the fast flow halves
+    /// one that lets the energy rise to more than twice that of the start.
     #[arg(long, value_name = "RATE")]
     rate: Option<f64>,
     /// The flow ends when the energy changes by less than this fraction in 50 evaluations

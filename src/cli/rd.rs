@@ -69,14 +69,14 @@ pub(super) struct Args {
     diffusion: Vec<String>,
     /// Growth rate of the domain, 1/time: cells grow with it, their number stays [default: the
     /// preset's, 0].
-    #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
+    #[arg(long, value_name = "RATE")]
     growth: Option<f64>,
     /// How the length of the domain grows with time t at rate r: exp(r t), 1 + r t, or
     /// logistic, which ends at --growth-limit [default: exponential].
     #[arg(long, value_parser = ["exponential", "linear", "logistic"])]
     growth_law: Option<String>,
     /// Length over that of the start at which logistic growth ends, above 1 [default: none].
-    #[arg(long, value_name = "SCALE", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SCALE")]
     growth_limit: Option<f64>,
     /// Let growth not dilute the concentrations.
     #[arg(long)]

@@ -56,7 +56,7 @@ pub(super) struct Args {
     /// Seconds that the whole shall take: the search for parameters ends early enough. A run
     /// that meets it depends on the machine's speed; run.json says how far it came [default:
     /// none].
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS")]
     budget: Option<f64>,
     /// Most generations of the search for parameters, 0 for none [default: 5; 16 for structures].
     #[arg(long, value_name = "N")]

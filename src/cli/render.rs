@@ -29,7 +29,7 @@ pub(super) struct Args {
     force: bool,
     /// Level of a volume's surface; the inside lies below it [default: 0 if the values have
     /// both signs, else half way between least and greatest].
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long)]
     level: Option<f64>,
     /// The inside of a volume lies above the level, as in densities and images.
     #[arg(long)]

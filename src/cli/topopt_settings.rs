@@ -135,7 +135,7 @@ pub(super) struct Settings {
     #[arg(long, value_name = "E")]
     youngs_modulus: Option<f64>,
     /// Poisson's ratio, in (-1, 0.5) [default: the problem's, 0.3].
-    #[arg(long, value_name = "NU", allow_negative_numbers = true)]
+    #[arg(long, value_name = "NU")]
     poisson_ratio: Option<f64>,
     /// What is assumed across a plane problem [default: plane-stress].
     #[arg(long, value_parser = ["plane-stress", "plane-strain"])]

@@ -4,7 +4,7 @@
 use lab::output::npy;
 use patterns::curvature::energy::{Edges, Energy, EnergyConfig, Orientation, Scalar, Spatial};
 use patterns::curvature::flow::{
-    Descent, DescentConfig, Fast, FastConfig, Opened, OpenedConfig, Paper, PaperConfig,
+    Descent, DescentConfig, Fast, FastConfig, Opened, OpenedConfig, Paper, PaperConfig, StepInfo,
 };
 use patterns::curvature::{Coefficients, Mask, Potential};
 use solvers::Float;
@@ -369,7 +369,7 @@ fn an_opened_flow_is_the_published_one_and_then_the_fast_one() {
     let map = || potential(SHAPE, case.m0);
     let energy = energy::<f64>(case);
     for opening in [0, 5] {
-        let config = OpenedConfig { opening, ..OpenedConfig::default() };
+        let config = OpenedConfig::new(50, Some(opening));
         let opened = Opened::new(energy.clone(), map(), config, 3).unwrap();
         let mut opened = opened.with_mask(mask());
         let paper = Paper::new(energy.clone(), map(), config.paper, 3).unwrap();
@@ -381,8 +381,9 @@ fn an_opened_flow_is_the_published_one_and_then_the_fast_one() {
         let mut fast = fast.with_mask(mask());
         for n in 0..7 {
             let step = fast.step().unwrap();
-            assert_eq!(step.energy.to_bits(), opened.step().unwrap().energy.to_bits());
-            assert_eq!((step.iteration, opened.steps()), (n, opening + n + 1));
+            let StepInfo { iteration, energy, .. } = opened.step().unwrap();
+            assert_eq!(step.energy.to_bits(), energy.to_bits());
+            assert_eq!([iteration, opened.steps()], [opening + n, opening + n + 1]);
         }
         assert_eq!(opened.phase(), fast.phase());
         assert!(opened.phase().iter().zip(&inside).all(|(&u, &inside)| inside || u == -1.0));
@@ -418,7 +419,7 @@ fn threads_do_not_change_a_bit() {
             let start = paper.phase().to_vec();
             let mut fast = Fast::new(energy.clone(), FastConfig::default(), start.clone()).unwrap();
             let map = Potential::new(shape, 0.01, 2.0, &Spatial::Uniform(-0.6)).unwrap();
-            let config = OpenedConfig { opening: 2, ..OpenedConfig::default() };
+            let config = OpenedConfig::new(50, Some(2));
             let mut opened = Opened::new(energy.clone(), map, config, 3).unwrap();
             let config = DescentConfig { beta: Some(1.0), ..DescentConfig::default() };
             let mut descent = Descent::new(energy, config, None, start).unwrap();

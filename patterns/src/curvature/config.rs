@@ -301,25 +301,25 @@ impl Config {
         Err(Error::range("opening", opening as f64, &range))
     }
 
-    /// Steps of the published flow before those of the fast one.
-    pub(super) fn opening(&self) -> u64 {
-        let usual = (self.evaluations / 5).min(OpenedConfig::default().opening);
-        match self.start {
-            Start::Noise => self.opening.unwrap_or(usual),
-            _ => 0,
-        }
+    /// Constants of the fast flow; only noise has an opening.
+    pub(super) fn opened(&self) -> OpenedConfig {
+        let opening = if self.start == Start::Noise { self.opening } else { Some(0) };
+        OpenedConfig::new(self.evaluations, opening)
     }
 
     /// Memory of the flow, of the surface and of its pictures.
     pub(super) fn bytes_per_voxel(&self) -> usize {
         let float = if self.precision == Precision::F64 { 8 } else { 4 };
+        let opened = self.flow == Flow::Fast && self.opened().opening > 0;
         let fields = match self.flow {
-            Flow::Fast if self.opening() == 0 => 8,
+            Flow::Fast if !opened => 8,
             Flow::Fast | Flow::Paper => 12,
             Flow::L2 | Flow::L2Mass => 28,
         };
         let maps = if self.along.is_some() { 7 * (8 + float) } else { 0 };
-        fields * float + maps + 40
+        // Both flows are there when the opening ends, and no surface.
+        let both = if opened { 20 * float + 2 * maps } else { 0 };
+        both.max(fields * float + maps + 40)
     }
 
     /// A box must hold the transition of a surface and of its neighbour.

@@ -63,6 +63,19 @@ fn wide<T: Float>(values: &[T]) -> Vec<f64> {
     values.iter().map(|v| v.to_f64()).collect()
 }
 
+/// What the flows with a step for each evaluation have in common.
+macro_rules! steps {
+    () => {
+        fn step(&mut self) -> Result<(StepInfo, bool)> {
+            Ok((self.step()?, false))
+        }
+
+        fn evaluations(&self) -> u64 {
+            self.steps()
+        }
+    };
+}
+
 /// What the methods have in common.
 macro_rules! measures {
     () => {
@@ -82,14 +95,7 @@ macro_rules! measures {
 
 impl<T: Stored> Descent for Paper<T> {
     measures!();
-
-    fn step(&mut self) -> Result<(StepInfo, bool)> {
-        Ok((self.step()?, false))
-    }
-
-    fn evaluations(&self) -> u64 {
-        self.steps()
-    }
+    steps!();
 
     fn save(&self, state: &mut State) {
         state.put_u64("steps", &[self.steps()]);
@@ -114,14 +120,7 @@ impl<T: Stored> Descent for Paper<T> {
 
 impl<T: Stored> Descent for Fast<T> {
     measures!();
-
-    fn step(&mut self) -> Result<(StepInfo, bool)> {
-        Ok((self.step()?, false))
-    }
-
-    fn evaluations(&self) -> u64 {
-        self.steps()
-    }
+    steps!();
 
     fn halvings(&self) -> u64 {
         self.guard().halvings
@@ -154,14 +153,7 @@ impl<T: Stored> Descent for Fast<T> {
 
 impl<T: Stored> Descent for Opened<T> {
     measures!();
-
-    fn step(&mut self) -> Result<(StepInfo, bool)> {
-        Ok((self.step()?, false))
-    }
-
-    fn evaluations(&self) -> u64 {
-        self.steps()
-    }
+    steps!();
 
     fn halvings(&self) -> u64 {
         match self.stage() {

@@ -3,9 +3,7 @@
 use super::config::{Boundary, Config, Flow, Precision};
 use super::descent::{Descent, Stored};
 use super::energy::Energy;
-use super::flow::{
-    self, DescentConfig, Fast, FastConfig, Opened, OpenedConfig, Paper, PaperConfig, StepInfo,
-};
+use super::flow::{self, DescentConfig, Fast, Opened, Paper, PaperConfig, StepInfo};
 use super::{Mask, Potential, presets, start, view, written};
 use crate::{Artifact, Context, Error, Image, Metric, Result, Run, State, Status, Surface};
 use solvers::{
@@ -106,12 +104,11 @@ fn fast<T: Stored>(
     mask: Option<Mask<T>>,
     phase: Option<Vec<f64>>,
 ) -> Result<Box<dyn Descent>> {
-    let opening = config.opening();
-    let default = if opening > 0 { OpenedConfig::default().fast } else { FastConfig::default() };
-    let adam = AdamConfig { rate: config.rate.unwrap_or(default.adam.rate), ..default.adam };
-    let fast = FastConfig { adam, decay: Some(config.evaluations - opening), ..default };
+    let mut settings = config.opened();
+    if let Some(rate) = config.rate {
+        settings.fast.adam.rate = rate;
+    }
     let Some(phase) = phase else {
-        let settings = OpenedConfig { opening, fast, ..OpenedConfig::default() };
         let mut flow = Opened::new(energy, potential(config)?, settings, context.seed)?;
         if let Some(mask) = mask {
             flow = flow.with_mask(mask);
@@ -119,7 +116,7 @@ fn fast<T: Stored>(
         return Ok(Box::new(flow));
     };
     let u = phase.into_iter().map(<T as Real>::from_f64).collect();
-    let mut flow = Fast::new(energy, fast, u)?;
+    let mut flow = Fast::new(energy, settings.fast, u)?;
     if let Some(mask) = mask {
         flow = flow.with_mask(mask);
     }
@@ -294,7 +291,7 @@ impl Run for Texture {
         match self.flow.halvings() {
             0 => {}
             n => notes.push(format!(
-                "the energy rose above that of the start: the rate was halved {n} times"
+                "the energy rose to more than twice that of the start: the rate was halved, {n} times in all"
             )),
         }
         notes

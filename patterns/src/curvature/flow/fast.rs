@@ -9,12 +9,12 @@ use rayon::prelude::*;
 use solvers::optimize::{Adam, AdamConfig};
 use solvers::spectral::Multiplier;
 use solvers::spectral::Transforms;
-use solvers::{Aligned, Result};
+use solvers::{Aligned, Error, Result};
 
 /// Variables that are updated together.
 const PART: usize = 4096;
 
-/// Energies above that of the beginning, times this, are those of too long a rate.
+/// An energy above that of the beginning, times this, tells of too long a rate.
 const RISE: f64 = 2.0;
 
 /// Most halvings of the rate.
@@ -134,11 +134,10 @@ impl<T: Scalar + Transforms> Fast<T> {
             let energy = self.energy.value_and_gradient(&self.u, &mut self.gradient);
             let info = StepInfo { iteration: self.steps, energy, gradient_norm: 0.0 };
             let ceiling = *self.guard.ceiling.get_or_insert(RISE * energy.abs());
-            let first = self.steps == self.guard.begun;
-            if first || energy <= ceiling || self.guard.halvings == HALVINGS {
+            if self.steps == self.guard.begun || energy <= ceiling {
                 break info.check()?;
             }
-            self.begin_again();
+            self.begin_again(energy)?;
         };
         if let Some(mask) = &self.mask {
             mask.clear(&mut self.gradient);
@@ -163,13 +162,21 @@ impl<T: Scalar + Transforms> Fast<T> {
         StepInfo { gradient_norm, ..info }.check()
     }
 
-    /// At u0, with half the rate.
-    fn begin_again(&mut self) {
+    /// At u0, with half the rate, after a step to `energy`.
+    fn begin_again(&mut self, energy: f64) -> Result<()> {
+        if self.guard.halvings == HALVINGS {
+            let (rate, steps) = (self.config.adam.rate, self.steps);
+            return Err(Error::Invalid(format!(
+                "the energy rose to {energy} at iteration {steps}, though the rate of {rate} was \
+                 halved {HALVINGS} times; reduce the rate"
+            )));
+        }
         self.steps += 1;
         self.guard.begun = self.steps;
         self.guard.halvings += 1;
         self.state.iter_mut().for_each(|values| values.fill(T::zero()));
         self.compute_phase();
+        Ok(())
     }
 
     fn compute_phase(&mut self) {

@@ -4,7 +4,6 @@ use super::{Fast, FastConfig, Paper, PaperConfig, StepInfo};
 use crate::curvature::energy::{Energy, Scalar};
 use crate::curvature::{Mask, Potential};
 use solvers::Result;
-use solvers::optimize::AdamConfig;
 use solvers::spectral::Transforms;
 
 /// Constants of both flows.
@@ -18,13 +17,23 @@ pub struct OpenedConfig {
     pub fast: FastConfig,
 }
 
-impl Default for OpenedConfig {
-    /// 200 steps, and a rate of 0.5 for those that follow, which keeps
-    /// the order that it finds: at a rate of 1 the first steps would be as large as the noise.
-    fn default() -> Self {
-        let fast = FastConfig::default();
-        let fast = FastConfig { adam: AdamConfig { rate: 0.5, ..fast.adam }, ..fast };
-        Self { paper: PaperConfig::default(), opening: 200, fast }
+/// Steps of an opening, and most of a run's: a fifth.
+const OPENING: (u64, u64) = (200, 5);
+
+/// Rate of the fast flow after an opening, whose order it keeps: at 1, its own, the first steps
+/// are as large as the noise was.
+const RATE: f64 = 0.5;
+
+impl OpenedConfig {
+    /// Constants for a run of `evaluations`, as many in the opening as given, or the usual.
+    pub fn new(evaluations: u64, opening: Option<u64>) -> Self {
+        let opening = opening.unwrap_or(OPENING.0.min(evaluations / OPENING.1));
+        let decay = Some(evaluations.saturating_sub(opening));
+        let mut fast = FastConfig { decay, ..FastConfig::default() };
+        if opening > 0 {
+            fast.adam.rate = RATE;
+        }
+        Self { paper: PaperConfig::default(), opening, fast }
     }
 }
 
