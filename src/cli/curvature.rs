@@ -48,7 +48,7 @@ pub(super) struct Args {
     #[arg(long, value_parser = ["fast", "paper", "l2", "l2-mass"])]
     flow: Option<String>,
     /// Evaluations of the energy; the fast flow's steps shrink to 0 in as many, and where they are
-    /// more it anneals further than the paper, towards ordered textures [default: 1100; paper:
+    /// more it anneals further than the paper, towards ordered textures [default: 800; paper:
     /// 8000].
     #[arg(long, value_name = "N")]
     evaluations: Option<u64>,
@@ -57,7 +57,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N")]
     opening: Option<u64>,
     /// Step of the method [default: fast .5, without an opening 1; paper .001]; the fast flow halves
-    /// one that lets the energy rise to more than twice that of the start.
+    /// one that lets the energy rise by a quarter after an opening, to twice without.
     #[arg(long, value_name = "RATE")]
     rate: Option<f64>,
     /// The flow ends when the energy changes by less than this fraction in 50 evaluations

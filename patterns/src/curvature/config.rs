@@ -193,7 +193,7 @@ impl Default for Config {
             exclude: None,
             start: Start::default(),
             flow: Flow::default(),
-            evaluations: 1100,
+            evaluations: 800,
             opening: None,
             rate: None,
             blur: 2.0,

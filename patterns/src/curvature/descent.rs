@@ -163,7 +163,6 @@ impl<T: Stored> Descent for Opened<T> {
     }
 
     fn save(&self, state: &mut State) {
-        state.put_f64("first_energy", self.first_energy().as_slice());
         let opened = match self.stage() {
             Stage::Opening(paper) => {
                 Descent::save(&**paper, state);
@@ -179,11 +178,9 @@ impl<T: Stored> Descent for Opened<T> {
     }
 
     fn restore(&mut self, state: &State) -> Result<()> {
-        let start = match state.one_u64("opened")? {
-            0 => None,
-            _ => Some(T::get(state, "start", self.energy().voxels())?),
-        };
-        self.resume(state.all_f64("first_energy")?.first().copied(), start)?;
+        if state.one_u64("opened")? > 0 {
+            self.begin(T::get(state, "start", self.energy().voxels())?)?;
+        }
         match self.stage_mut() {
             Stage::Opening(paper) => Descent::restore(&mut **paper, state),
             Stage::Fast(fast) => Descent::restore(&mut **fast, state),

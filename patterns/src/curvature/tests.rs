@@ -75,7 +75,7 @@ fn too_long_a_rate_is_halved_until_the_energy_falls() {
         let mut ends = Vec::new();
         for rate in [0.5, 1e3, 1e9] {
             let settings =
-                format!("size = [12, 16, 20]\nevaluations = 150\nrate = {rate}\n{settings}");
+                format!("size = [12, 16, 20]\nevaluations = 250\nrate = {rate}\n{settings}");
             let mut run = start(&settings).unwrap();
             let mut energies = Vec::new();
             while run.step().unwrap() == Status::Running {

@@ -14,9 +14,6 @@ use solvers::{Aligned, Error, Result};
 /// Variables that are updated together.
 const PART: usize = 4096;
 
-/// An energy above that of the beginning, times this, tells of too long a rate.
-const RISE: f64 = 2.0;
-
 /// Most halvings of the rate.
 const HALVINGS: u64 = 40;
 
@@ -27,6 +24,10 @@ pub struct FastConfig {
     pub adam: AdamConfig,
     /// Steps in which the rate falls linearly to 0; none keeps it.
     pub decay: Option<u64>,
+    /// Steps in which the rate first rises linearly from 0.
+    pub warmup: u64,
+    /// An energy above that of u0, times this, tells of too long a rate.
+    pub rise: f64,
     /// Foot of the preconditioner's spectrum; .3 and 3 were slower.
     pub beta: f64,
 }
@@ -34,7 +35,7 @@ pub struct FastConfig {
 impl Default for FastConfig {
     fn default() -> Self {
         let adam = AdamConfig { rate: 1.0, ..AdamConfig::default() };
-        Self { adam, decay: Some(1000), beta: 1.0 }
+        Self { adam, decay: Some(1000), warmup: 0, rise: 2.0, beta: 1.0 }
     }
 }
 
@@ -48,7 +49,7 @@ impl FastConfig {
 
 /// Adam on y, with `u = u0 + h^(-1/2) y` (`precondition.rs`): all wave lengths fall about as
 /// fast, and the mean of u stays that of u0 to rounding. Where the energy rises far above that of
-/// the beginning, it begins again at half the rate. Three fields of state.
+/// u0, it begins again at half the rate. Three fields of state.
 #[derive(Debug)]
 pub struct Fast<T: Transforms> {
     config: FastConfig,
@@ -117,13 +118,6 @@ impl<T: Scalar + Transforms> Fast<T> {
         self
     }
 
-    /// Judges the rate by the energy of another beginning than u0, as of the noise before u0.
-    #[must_use]
-    pub fn with_first_energy(mut self, energy: f64) -> Self {
-        self.guard.ceiling = Some(RISE * energy.abs());
-        self
-    }
-
     /// Evaluates, then steps. An evaluation that shows that the rate is too long is followed by
     /// another.
     ///
@@ -133,7 +127,7 @@ impl<T: Scalar + Transforms> Fast<T> {
         let info = loop {
             let energy = self.energy.value_and_gradient(&self.u, &mut self.gradient);
             let info = StepInfo { iteration: self.steps, energy, gradient_norm: 0.0 };
-            let ceiling = *self.guard.ceiling.get_or_insert(RISE * energy.abs());
+            let ceiling = *self.guard.ceiling.get_or_insert(self.config.rise * energy.abs());
             if self.steps == self.guard.begun || energy <= ceiling {
                 break info.check()?;
             }
@@ -143,13 +137,8 @@ impl<T: Scalar + Transforms> Fast<T> {
             mask.clear(&mut self.gradient);
         }
         self.root.apply(&self.gradient, &mut self.transformed);
-        let left = self
-            .config
-            .decay
-            .map_or(1.0, |decay| (1.0 - self.steps as f64 / decay.max(1) as f64).max(0.0));
+        let adam = AdamConfig { rate: self.rate(), ..self.config.adam };
         self.steps += 1;
-        let halved = libm::exp2(-(self.guard.halvings as f64));
-        let adam = AdamConfig { rate: self.config.adam.rate * halved * left, ..self.config.adam };
         let adam = Adam::new(&adam, self.steps - self.guard.begun);
         let [y, m, v] = &mut self.state;
         let parts = y.par_chunks_mut(PART).zip(m.par_chunks_mut(PART)).zip(v.par_chunks_mut(PART));
@@ -160,6 +149,17 @@ impl<T: Scalar + Transforms> Fast<T> {
         let gradient_norm = self.norms.iter().sum::<f64>().sqrt();
         self.compute_phase();
         StepInfo { gradient_norm, ..info }.check()
+    }
+
+    /// Rate of the next step.
+    fn rate(&self) -> f64 {
+        let left = self
+            .config
+            .decay
+            .map_or(1.0, |decay| (1.0 - self.steps as f64 / decay.max(1) as f64).max(0.0));
+        let risen = (self.steps + 1 - self.guard.begun) as f64 / (self.config.warmup + 1) as f64;
+        let halved = libm::exp2(-(self.guard.halvings as f64));
+        self.config.adam.rate * halved * left * risen.min(1.0)
     }
 
     /// At u0, with half the rate, after a step to `energy`.

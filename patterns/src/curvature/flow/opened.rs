@@ -20,18 +20,27 @@ pub struct OpenedConfig {
 /// Steps of an opening, and most of a run's: a fifth.
 const OPENING: (u64, u64) = (200, 5);
 
-/// Rate of the fast flow after an opening, whose order it keeps: at 1, its own, the first steps
-/// are as large as the noise was.
+/// Rate of the fast flow after an opening.
 const RATE: f64 = 0.5;
+
+/// Steps in which the rate rises to that, and most of those after the opening: a quarter. Adam's
+/// first steps are of one size in all its variables, whatever the gradient; at full rate they
+/// undo the opening, and their gradients hold the flow back for as long as Adam remembers them.
+const WARMUP: (u64, u64) = (100, 4);
+
+/// After an opening and with a rate that rises slowly, the energy falls from the first step.
+const RISE: f64 = 1.25;
 
 impl OpenedConfig {
     /// Constants for a run of `evaluations`, as many in the opening as given, or the usual.
     pub fn new(evaluations: u64, opening: Option<u64>) -> Self {
         let opening = opening.unwrap_or(OPENING.0.min(evaluations / OPENING.1));
-        let decay = Some(evaluations.saturating_sub(opening));
-        let mut fast = FastConfig { decay, ..FastConfig::default() };
+        let left = evaluations.saturating_sub(opening);
+        let mut fast = FastConfig { decay: Some(left), ..FastConfig::default() };
         if opening > 0 {
             fast.adam.rate = RATE;
+            fast.warmup = WARMUP.0.min(left / WARMUP.1);
+            fast.rise = RISE;
         }
         Self { paper: PaperConfig::default(), opening, fast }
     }
@@ -43,8 +52,6 @@ impl OpenedConfig {
 pub struct Opened<T: Transforms> {
     config: OpenedConfig,
     mask: Option<Mask<T>>,
-    /// Of the noise, once it was evaluated.
-    first_energy: Option<f64>,
     stage: Stage<T>,
 }
 
@@ -71,7 +78,7 @@ impl<T: Scalar + Transforms> Opened<T> {
         config.fast.check(energy.config())?;
         let paper = Paper::new(energy, potential, config.paper, seed)?;
         let stage = Stage::Opening(Box::new(paper));
-        let mut flow = Self { config, mask: None, first_energy: None, stage };
+        let mut flow = Self { config, mask: None, stage };
         flow.hand_over()?;
         Ok(flow)
     }
@@ -99,7 +106,6 @@ impl<T: Scalar + Transforms> Opened<T> {
                 StepInfo { iteration: self.config.opening + info.iteration, ..info }
             }
         };
-        self.first_energy.get_or_insert(info.energy);
         self.hand_over()?;
         Ok(info)
     }
@@ -114,27 +120,17 @@ impl<T: Scalar + Transforms> Opened<T> {
         }
     }
 
-    /// Takes up a checkpoint: the energy of the noise and, past the opening, where the fast flow
-    /// began.
+    /// Begins the fast flow: at the end of the opening, or where a checkpoint says.
     ///
     /// # Errors
     /// As [`Fast::new`].
     ///
     /// # Panics
     /// If `start` has not one number per voxel.
-    pub fn resume(&mut self, first_energy: Option<f64>, start: Option<Vec<T>>) -> Result<()> {
-        self.first_energy = first_energy;
-        start.map_or(Ok(()), |start| self.begin(start))
-    }
-
-    /// Begins the fast flow.
-    fn begin(&mut self, start: Vec<T>) -> Result<()> {
+    pub fn begin(&mut self, start: Vec<T>) -> Result<()> {
         let mut fast = Fast::new(self.energy().clone(), self.config.fast, start)?;
         if let Some(mask) = &self.mask {
             fast = fast.with_mask(mask.clone());
-        }
-        if let Some(energy) = self.first_energy {
-            fast = fast.with_first_energy(energy);
         }
         self.stage = Stage::Fast(Box::new(fast));
         Ok(())
@@ -164,12 +160,7 @@ impl<T: Scalar + Transforms> Opened<T> {
         }
     }
 
-    /// Energy of the noise, once it was evaluated.
-    pub fn first_energy(&self) -> Option<f64> {
-        self.first_energy
-    }
-
-    /// Where it is: with [`Opened::first_energy`] all that a checkpoint needs.
+    /// Where it is: all that a checkpoint needs.
     pub fn stage(&self) -> &Stage<T> {
         &self.stage
     }
