@@ -19,21 +19,18 @@ use solvers::{
 };
 use std::time::Instant;
 
-/// Name, coefficients, mass.
-type Case = (&'static str, [f64; 6], f64);
+/// Name, coefficients, mass, evaluations of the fast flow.
+type Case = (&'static str, [f64; 6], f64, u64);
 
 const CASES: [Case; 4] = [
-    ("tubes", [1.0, 2.0, 6.0, -40.0, -40.0, 400.0], -0.6),
-    ("bilayers", [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], -0.4),
-    ("layers", [2.0, 2.0, 2.0, 0.0, 0.0, 0.0], -0.3),
-    ("sponges", [1.0, 2.8, 2.0, -10.0, -10.0, 25.0], -0.25),
+    ("tubes", [1.0, 2.0, 6.0, -40.0, -40.0, 400.0], -0.6, 800),
+    ("bilayers", [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], -0.4, 800),
+    ("layers", [2.0, 2.0, 2.0, 0.0, 0.0, 0.0], -0.3, 800),
+    ("sponges", [1.0, 2.8, 2.0, -10.0, -10.0, 25.0], -0.25, 1000),
 ];
 
 /// Steps of the published flow.
 const STEPS: u64 = 4000;
-
-/// Evaluations of the fast one: the default.
-const EVALUATIONS: u64 = 800;
 
 /// What a flow came to.
 struct End {
@@ -51,9 +48,9 @@ fn main() -> Result<()> {
     let (size, seeds) = (number(1, 100), number(2, 5));
     let wanted = argument(3).unwrap_or_default();
     let chosen = |name: &str| wanted.is_empty() || wanted.split(',').any(|w| w == name);
-    for (name, coefficients, mass) in CASES.into_iter().filter(|c| chosen(c.0)) {
+    for (name, coefficients, mass, evaluations) in CASES.into_iter().filter(|c| chosen(c.0)) {
         let asked = argument(4).map(|list| list.split(',').flat_map(str::parse).collect());
-        let lengths: Vec<u64> = asked.unwrap_or_else(|| vec![EVALUATIONS]);
+        let lengths: Vec<u64> = asked.unwrap_or_else(|| vec![evaluations]);
         println!(
             "{name}: seed, published F ND s, evaluations, fast F ND s, when below the published F"
         );
