@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 mod curvature;
+mod curvature_flows;
 mod curvature_infer;
 mod database;
 mod faults;

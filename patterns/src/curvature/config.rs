@@ -38,7 +38,7 @@ pub struct Config {
     /// Evaluations of the energy; the flow may stop before.
     pub evaluations: u64,
     /// Those of the published flow at the beginning of the fast one from noise, below
-    /// `evaluations`; absent: a fifth of them, at most 200.
+    /// `evaluations`; absent: a quarter of them, at most 200.
     pub opening: Option<u64>,
     /// Step of the method; absent: the method's own.
     pub rate: Option<f64>,

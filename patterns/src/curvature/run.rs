@@ -291,7 +291,7 @@ impl Run for Texture {
         match self.flow.halvings() {
             0 => {}
             n => notes.push(format!(
-                "the energy rose above that of the start: the rate was halved, {n} times in all"
+                "the energy rose above that at which the fast flow began: the rate was halved, {n} times in all"
             )),
         }
         notes

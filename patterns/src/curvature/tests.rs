@@ -71,22 +71,30 @@ fn every_flow_resumes_to_the_same_bytes() {
 
 #[test]
 fn too_long_a_rate_is_halved_until_the_energy_falls() {
-    for settings in ["opening = 0", "opening = 10", "opening = 0\nprecision = 'f64'"] {
-        let mut ends = Vec::new();
-        for rate in [0.5, 1e3, 1e9] {
+    let cases = [
+        ("opening = 0", 0, 2.0),
+        ("opening = 10", 10, 1.25),
+        ("opening = 0\nprecision = 'f64'", 0, 2.0),
+    ];
+    // What the halvings take of 150 evaluations is missed at the end.
+    for ((settings, begun, rise), (length, near)) in
+        cases.into_iter().flat_map(|case| [(case, (150, 3.0)), (case, (250, 1.5))])
+    {
+        let ends = [0.5, 1e3, 1e9].map(|rate| {
             let settings =
-                format!("size = [12, 16, 20]\nevaluations = 250\nrate = {rate}\n{settings}");
+                format!("size = [12, 16, 20]\nevaluations = {length}\nrate = {rate}\n{settings}");
             let mut run = start(&settings).unwrap();
             let mut energies = Vec::new();
             while run.step().unwrap() == Status::Running {
                 energies.push(run.observe()[0].value);
             }
             println!("{settings}: F {energies:?} {:?}", run.notes());
-            assert!(energies.iter().all(|energy| *energy <= 2.0 * energies[0]), "{energies:?}");
+            let ceiling = rise * energies[begun];
+            assert!(energies[begun..].iter().all(|energy| *energy <= ceiling), "{energies:?}");
             assert_eq!(run.notes().iter().any(|note| note.contains("halved")), rate > 1.0);
-            ends.push(energies[energies.len() - 1]);
-        }
-        assert!(ends[1..].iter().all(|end| *end < 1.5 * ends[0]), "{ends:?}");
+            energies[energies.len() - 1]
+        });
+        assert!(ends[1..].iter().all(|end| *end < near * ends[0]), "{ends:?}");
     }
 }
 

@@ -17,8 +17,8 @@ pub struct OpenedConfig {
     pub fast: FastConfig,
 }
 
-/// Steps of an opening, and most of a run's: a fifth.
-const OPENING: (u64, u64) = (200, 5);
+/// Steps of an opening, and most of a run's: a quarter.
+const OPENING: (u64, u64) = (200, 4);
 
 /// Rate of the fast flow after an opening.
 const RATE: f64 = 0.5;
