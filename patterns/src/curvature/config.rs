@@ -304,7 +304,11 @@ impl Config {
     /// Constants of the fast flow; only noise has an opening.
     pub(super) fn opened(&self) -> OpenedConfig {
         let opening = if self.start == Start::Noise { self.opening } else { Some(0) };
-        OpenedConfig::new(self.evaluations, opening)
+        let mut config = OpenedConfig::new(self.evaluations, opening);
+        if let Some(rate) = self.rate {
+            config.fast.adam.rate = rate;
+        }
+        config
     }
 
     /// Memory of the flow, of the surface and of its pictures.

@@ -104,10 +104,7 @@ fn fast<T: Stored>(
     mask: Option<Mask<T>>,
     phase: Option<Vec<f64>>,
 ) -> Result<Box<dyn Descent>> {
-    let mut settings = config.opened();
-    if let Some(rate) = config.rate {
-        settings.fast.adam.rate = rate;
-    }
+    let settings = config.opened();
     let Some(phase) = phase else {
         let mut flow = Opened::new(energy, potential(config)?, settings, context.seed)?;
         if let Some(mask) = mask {

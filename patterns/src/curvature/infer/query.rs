@@ -15,6 +15,10 @@ const LARGEST: f64 = 400.0;
 /// A field whose gradient is this near to that of a phase is taken as one.
 const PHASE: f64 = 0.5;
 
+/// Voxels along the faces of the box whose curvatures are left out: what stands beyond is not
+/// known, and a surface that is continued as if it met the face at a right angle is bent there.
+const MARGIN: f64 = 3.0;
+
 /// What there is to know of the given shape.
 pub(super) struct Query {
     /// The phase, near 1 inside and near -1 outside.
@@ -68,7 +72,7 @@ impl Query {
         energy.edges = Edges::Replicate;
         let energy = Energy::<f64>::new(energy)?;
         let mesh = view::surface(phase.clone(), 0.0, Caps::Open).mesh;
-        let diagram = Diagram::of(&energy, phase.as_slice(), &mesh)?;
+        let diagram = Diagram::of(&energy, phase.as_slice(), &inner(&mesh, grid))?;
         let Some(cloud) = diagram.cloud(0)? else {
             let reason = format!("`{}` has no surface at that level", config.shape);
             return Err(Error::Input { key: "shape".into(), reason });
@@ -78,6 +82,21 @@ impl Query {
         let area = mesh.area() / (n * grid.spacing().powi(3));
         Ok(Self { phase, diagram, cloud, mass: mass.clamp(-0.99, 0.99), area, note })
     }
+}
+
+/// The triangles away from the faces of the box; all of them where none is.
+fn inner(mesh: &TriangleMesh, grid: Grid) -> TriangleMesh {
+    let [nz, ny, nx] = grid.shape().map(|n| (n - 1) as f64 - MARGIN);
+    let within = |&vertex: &u32| {
+        let place = mesh.vertices[vertex as usize].map(|x| x / grid.spacing());
+        place.iter().zip([nx, ny, nz]).all(|(x, last)| (MARGIN..=last).contains(x))
+    };
+    let kept = |triangle: &&[u32; 3]| triangle.iter().all(within);
+    let triangles: Vec<[u32; 3]> = mesh.triangles.iter().filter(kept).copied().collect();
+    if triangles.is_empty() {
+        return mesh.clone();
+    }
+    TriangleMesh { triangles, ..mesh.clone() }
 }
 
 /// A mesh in the box around it: the part of each voxel that is inside.
@@ -186,4 +205,37 @@ fn profile(values: Field, level: f64, config: &Config) -> Result<Field> {
     let width = std::f64::consts::SQRT_2 * config.growth.epsilon;
     phi.as_mut_slice().iter_mut().for_each(|d| *d = libm::tanh(-*d / width));
     Ok(phi)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cylinder that leaves the box at a slant: 1 / radius and 0 all along, which the voxels at
+    /// the faces do not show.
+    #[test]
+    fn a_cut_shape_is_measured_away_from_the_cuts() {
+        let (grid, radius) = (Grid::new(&[40; 3], 0.01).unwrap(), 0.08);
+        let axis = [2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0];
+        let config = Config { shape: "given".into(), ..Config::default() };
+        let phase = Field::from_fn(grid, |p| {
+            let from = p.map(|x| x - 0.2);
+            let along: f64 = from.iter().zip(axis).map(|(x, a)| x * a).sum();
+            let square: f64 = from.iter().map(|x| x * x).sum::<f64>() - along * along;
+            let inside = radius - square.max(0.0).sqrt();
+            libm::tanh(inside / (std::f64::consts::SQRT_2 * config.growth.epsilon))
+        });
+        let query = Query::of(phase, String::new(), &config).unwrap();
+        let away = |diagram: &Diagram| {
+            let pairs = diagram.0.values.iter().zip(&diagram.0.weights);
+            let square = |k: &[f64; 2]| (k[0] - 1.0 / radius).powi(2) + k[1].powi(2);
+            (pairs.map(|(k, w)| square(k) * w).sum::<f64>() / diagram.area()).sqrt()
+        };
+        let inside = away(&query.diagram);
+        println!("1 / R = {:.2}, off by {inside:.3}", 1.0 / radius);
+        assert!(inside < 0.1 / radius, "{inside}");
+        // The area is that of the whole surface.
+        let whole = query.area * 64e-3;
+        assert!(query.diagram.area() < 0.9 * whole, "{} {whole}", query.diagram.area());
+    }
 }
