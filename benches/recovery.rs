@@ -1,5 +1,5 @@
 //! Recovery of known parameters: textures are grown from other noise than the search's, and what
-//! is found is put beside what made them.
+//! is found is put beside what made them, its distance beside that of the true parameters.
 //!
 //! `cargo bench --bench recovery -- ATLAS [SIZE] [GENERATIONS] [PRESETS,..]`, ATLAS being
 //! the output folder of `patterns curvature atlas`; some minutes a texture.
@@ -51,31 +51,46 @@ fn main() -> Result<()> {
         let given = Given { phase, files: FileInputs::new(vec![".".into()]) };
         let search = format!("shape = 'given'\natlas = '{folder}'\ngenerations = {generations}");
         let (run, _) = finish(&infer::MODEL, &search, 1, &given)?;
-        let metrics = run.metrics();
-        let metric =
-            |name: &str| metrics.iter().find(|m| m.name == name).map_or(f64::NAN, |m| m.value);
-        println!(
-            "{name}: distance {:.2} (nearest of the atlas {:.2}, other noise {:.2}, between noises {:.2})",
-            metric("distance"),
-            metric("nearest_distance"),
-            metric("distance_other_noise"),
-            metric("distance_of_noises")
-        );
+        let metric = |name: &str| metric(run.as_ref(), name);
         let list = known.get("coefficients").and_then(toml::Value::as_array);
         let coefficient = |n: usize| {
             let value = list.and_then(|list| list.get(n)).cloned();
             value.and_then(|v| v.as_float()).unwrap_or(f64::NAN)
         };
-        for (n, parameter) in PARAMETERS.into_iter().enumerate() {
-            let truth = match parameter {
-                "mass" => known.get("mass").and_then(toml::Value::as_float).unwrap_or(f64::NAN),
-                _ => coefficient(n + 1),
-            };
+        let mass = known.get("mass").and_then(toml::Value::as_float).unwrap_or(f64::NAN);
+        let truth = [1, 2, 3, 4, 5, 6].map(|n| if n == 6 { mass } else { coefficient(n) });
+        println!(
+            "{name}: distance {:.2}, of the true parameters {:.2} (nearest of the atlas {:.2}, \
+             other noise {:.2}, between noises {:.2})",
+            metric("distance"),
+            distance_of(truth, &given)?,
+            metric("nearest_distance"),
+            metric("distance_other_noise"),
+            metric("distance_of_noises")
+        );
+        for (parameter, truth) in PARAMETERS.into_iter().zip(truth) {
             let spread = metric(&format!("{parameter}_spread"));
-            println!("  {parameter:4} {truth:9.3} found {:9.3} +- {spread:.3}", metric(parameter));
+            let found = metric(parameter);
+            // The mass is the given shape's own.
+            let spread = if spread.is_nan() { String::new() } else { format!("+- {spread:.3}") };
+            println!("  {parameter:4} {truth:9.3} found {found:9.3} {spread}");
         }
     }
     Ok(())
+}
+
+/// Distance of what the true parameters grow in the search's way, from other noise.
+fn distance_of(truth: [f64; 6], given: &Given) -> Result<f64> {
+    let mut only = "shape = 'given'\ncount = 3\ngenerations = 0\n[ranges]\n".to_owned();
+    for (parameter, value) in PARAMETERS.into_iter().zip(truth) {
+        only += &format!("{parameter} = [{value:?}, {value:?}]\n");
+    }
+    let (run, _) = finish(&infer::MODEL, &only, 1, given)?;
+    Ok(metric(run.as_ref(), "distance"))
+}
+
+fn metric(run: &dyn Run, name: &str) -> f64 {
+    run.metrics().iter().find(|m| m.name == name).map_or(f64::NAN, |m| m.value)
 }
 
 /// Runs a model to its end; the run and its whole configuration.

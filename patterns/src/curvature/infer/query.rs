@@ -232,7 +232,6 @@ mod tests {
             (pairs.map(|(k, w)| square(k) * w).sum::<f64>() / diagram.area()).sqrt()
         };
         let inside = away(&query.diagram);
-        println!("1 / R = {:.2}, off by {inside:.3}", 1.0 / radius);
         assert!(inside < 0.1 / radius, "{inside}");
         // The area is that of the whole surface.
         let whole = query.area * 64e-3;
