@@ -22,6 +22,9 @@ use std::time::Instant;
 /// Numbers of a task of the machine's own loops.
 const TASK: usize = 16_384;
 
+/// Numbers of an array that no cache holds: 64 MiB.
+const STREAM: usize = 1024 * TASK;
+
 fn main() {
     let mut sizes = vec![100];
     sizes.extend(std::env::args().filter_map(|text| text.parse::<usize>().ok()));
@@ -30,77 +33,95 @@ fn main() {
         [1, 2].map(|n| ThreadPoolBuilder::new().num_threads(n).build().expect("some threads"));
     for n in sizes {
         flows(n, &pools);
-        machine(n, &pools);
     }
+    machine(&pools);
 }
 
 fn flows(n: usize, pools: &[ThreadPool; 2]) {
     let shape = [n; 3];
     let tubes = Coefficients::from([1.0, 2.0, 6.0, -40.0, -40.0, 400.0]);
     let config = EnergyConfig::new(shape, 0.01, 0.02, tubes);
-    let mut energy = Energy::<f32>::new(config).expect("a valid energy");
+    let energy = Energy::<f32>::new(config).expect("a valid energy");
     let map = Potential::new(shape, 0.01, 2.0, &Spatial::Uniform(-0.6)).expect("a valid mass");
-    let mut paper = Paper::new(energy.clone(), map, PaperConfig::default(), 1).expect("a start");
-    let start = paper.phase().to_vec();
-    report("paper step", n, pools, || {
-        paper.step().expect("finite energies");
+    let paper =
+        || Paper::new(energy.clone(), map.clone(), PaperConfig::default(), 1).expect("a start");
+    let start = paper().phase().to_vec();
+    let calls = [paper(), paper()].map(|mut paper| {
+        move || {
+            paper.step().expect("finite energies");
+        }
     });
-    drop(paper);
-    let mut fast =
-        Fast::new(energy.clone(), FastConfig::default(), start.clone()).expect("a start");
-    report("fast step", n, pools, || {
-        fast.step().expect("finite energies");
+    report("paper step", n, pools, calls);
+    let fast = || Fast::new(energy.clone(), FastConfig::default(), start.clone()).expect("a start");
+    let calls = [fast(), fast()].map(|mut fast| {
+        move || {
+            fast.step().expect("finite energies");
+        }
     });
-    drop(fast);
-    let mut out = start.clone();
-    report("energy and gradient", n, pools, || {
-        energy.value_and_gradient(&start, &mut out);
+    report("fast step", n, pools, calls);
+    let calls = [energy.clone(), energy.clone()].map(|mut energy| {
+        let (u, mut out) = (start.clone(), start.clone());
+        move || {
+            energy.value_and_gradient(&u, &mut out);
+        }
     });
-    let mut blur = Blur::<f32>::new(shape, 2.0, BlurEdges::Periodic).expect("a valid sigma");
-    let mut between = start.clone();
-    report("blur", n, pools, || blur.apply(&Stored(&start), &mut between, &mut out));
+    report("energy and gradient", n, pools, calls);
+    let calls = [(); 2].map(|()| {
+        let mut blur = Blur::<f32>::new(shape, 2.0, BlurEdges::Periodic).expect("a valid sigma");
+        let (u, mut between, mut out) = (start.clone(), start.clone(), start.clone());
+        move || blur.apply(&Stored(&u), &mut between, &mut out)
+    });
+    report("blur", n, pools, calls);
 }
 
 /// What two threads gain where nothing but the machine is in the way.
-fn machine(n: usize, pools: &[ThreadPool; 2]) {
-    let [mut a, b, c] = [0.0, 1.0, 2.0].map(|value: f32| vec![value; n * n * n]);
-    report("arithmetic", n, pools, || {
-        a.par_chunks_mut(TASK).for_each(|task| {
-            for lanes in task.as_chunks_mut::<64>().0 {
-                let mut x = *lanes;
-                for _ in 0..200 {
-                    x.iter_mut().for_each(|x| *x = *x * 0.999 + 0.001);
+fn machine(pools: &[ThreadPool; 2]) {
+    let calls = [(); 2].map(|()| {
+        let mut a = vec![0.0_f32; 64 * TASK];
+        move || {
+            black_box(&mut a).par_chunks_mut(TASK).for_each(|task| {
+                for lanes in task.as_chunks_mut::<64>().0 {
+                    let mut x = *lanes;
+                    for _ in 0..200 {
+                        x.iter_mut().for_each(|x| *x = *x * 0.999 + 0.001);
+                    }
+                    *lanes = x;
                 }
-                *lanes = x;
-            }
-        });
+            });
+        }
     });
-    report("streams", n, pools, || {
-        let inputs = b.par_chunks(TASK).zip(c.par_chunks(TASK));
-        a.par_chunks_mut(TASK).zip(inputs).for_each(|(a, (b, c))| {
-            a.iter_mut().zip(b.iter().zip(c)).for_each(|(a, (b, c))| *a = 0.5 * (b + c));
-        });
+    report("arithmetic", 100, pools, calls);
+    let calls = [(); 2].map(|()| {
+        let [mut a, b, c] = [0.0_f32, 1.0, 2.0].map(|value| vec![value; STREAM]);
+        move || {
+            let inputs = b.par_chunks(TASK).zip(c.par_chunks(TASK));
+            black_box(&mut a).par_chunks_mut(TASK).zip(inputs).for_each(|(a, (b, c))| {
+                a.iter_mut().zip(b.iter().zip(c)).for_each(|(a, (b, c))| *a = 0.5 * (b + c));
+            });
+        }
     });
-    black_box(a);
+    report("streams", 256, pools, calls);
 }
 
-/// Median wall times of several calls in each pool by turns, mean processor times, and the
-/// ratio of the walls.
-fn report(part: &str, n: usize, pools: &[ThreadPool; 2], mut call: impl FnMut() + Send) {
-    let calls = (100_000_000 / (n * n * n)).max(3);
+/// Median wall times of several calls in each pool by turns, each with a state of its own, mean
+/// processor times, and the ratio of the walls.
+fn report<F: FnMut() + Send>(part: &str, n: usize, pools: &[ThreadPool; 2], mut calls: [F; 2]) {
+    let count = (100_000_000 / (n * n * n)).max(3);
     let (mut walls, mut busy) = ([Vec::new(), Vec::new()], [0.0; 2]);
-    call();
-    for _ in 0..calls {
-        for (pool, (walls, busy)) in pools.iter().zip(walls.iter_mut().zip(&mut busy)) {
+    for (pool, call) in pools.iter().zip(&mut calls) {
+        pool.install(call);
+    }
+    for _ in 0..count {
+        for m in 0..2 {
             let (before, start) = (lab::bench::processor_seconds(), Instant::now());
-            pool.install(&mut call);
-            walls.push(start.elapsed().as_secs_f64() * 1e3);
-            *busy += (lab::bench::processor_seconds() - before) * 1e3 / calls as f64;
+            pools[m].install(&mut calls[m]);
+            walls[m].push(start.elapsed().as_secs_f64() * 1e3);
+            busy[m] += (lab::bench::processor_seconds() - before) * 1e3 / count as f64;
         }
     }
     let [one, two] = walls.map(|mut walls| {
         walls.sort_by(f64::total_cmp);
-        walls[calls / 2]
+        walls[count / 2]
     });
     let [cpu_one, cpu_two] = busy;
     println!("{part}\t{n}\t{one:.2}\t{cpu_one:.2}\t{two:.2}\t{cpu_two:.2}\t{:.2}", one / two);

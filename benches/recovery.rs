@@ -63,7 +63,7 @@ fn main() -> Result<()> {
             "{name}: distance {:.2}, of the true parameters {:.2} (nearest of the atlas {:.2}, \
              other noise {:.2}, between noises {:.2})",
             metric("distance"),
-            distance_of(truth, &given)?,
+            distance_of(truth, &given).unwrap_or(f64::NAN),
             metric("nearest_distance"),
             metric("distance_other_noise"),
             metric("distance_of_noises")

@@ -64,7 +64,7 @@ pub(super) struct Args {
     /// [default: 0, never].
     #[arg(long, value_name = "FRACTION")]
     tolerance: Option<f64>,
-    /// Standard deviation of the blur, voxels, 0 for none [default: 2].
+    /// Standard deviation of the blur, voxels; 0 for none, not from noise [default: 2].
     #[arg(long, value_name = "VOXELS")]
     blur: Option<f64>,
     /// Beyond the box [default: periodic].

@@ -318,6 +318,11 @@ fn bad_textures() {
     lab.refuses(&["curvature", "atlas", "--size", "6"], &["--size", "[8, inf)"]);
     lab.refuses(&["curvature", "atlas", "--set", "ranges.mass=[-2, 0]"], &["ranges.mass"]);
     lab.refuses(&["curvature", "atlas", "--pictures", "31"], &["--pictures", "[0, 30]"]);
+    let atlas = |set: &'static str| ["curvature", "atlas", "--evaluations", "50", "--set", set];
+    lab.refuses(&atlas("growth.opening=50"), &["growth.opening", "[0, 50)"]);
+    lab.refuses(&atlas("growth.rate=0.0"), &["growth.rate"]);
+    lab.refuses(&atlas("growth.blur=0.0"), &["growth.blur", "(0, 20]"]);
+    lab.refuses(&["curvature", "--blur", "0"], &["--blur", "(0, 20]"]);
     lab.refuses(&["curvature", "infer"], &["FILE"]);
     lab.refuses(&["curvature", "infer", "missing.npy"], &["missing.npy"]);
     lab.refuses(&["curvature", "infer", "good.png"], &["good.png", "three axes"]);

@@ -250,6 +250,9 @@ impl Config {
         if !(0.0..=20.0).contains(&self.blur) {
             return Err(Error::range("blur", self.blur, "[0, 20]"));
         }
+        if self.start == Start::Noise && self.blur == 0.0 {
+            return Err(Error::range("blur", self.blur, "(0, 20] for a start from noise"));
+        }
         if !(1..=10_000_000).contains(&self.evaluations) {
             return Err(Error::range("evaluations", self.evaluations as f64, "[1, 10000000]"));
         }
@@ -314,15 +317,15 @@ impl Config {
     /// Memory of the flow, of the surface and of its pictures.
     pub(super) fn bytes_per_voxel(&self) -> usize {
         let float = if self.precision == Precision::F64 { 8 } else { 4 };
-        let opened = self.flow == Flow::Fast && self.opened().opening > 0;
+        let opened = self.flow == Flow::Fast && self.start == Start::Noise;
         let fields = match self.flow {
             Flow::Fast if !opened => 8,
             Flow::Fast | Flow::Paper => 12,
             Flow::L2 | Flow::L2Mass => 28,
         };
         let maps = if self.along.is_some() { 7 * (8 + float) } else { 0 };
-        // Both flows are there when the opening ends, and no surface.
-        let both = if opened { 20 * float + 2 * maps } else { 0 };
+        // Both flows are there when the opening ends, with their transforms, and no surface.
+        let both = if opened { 28 * float + 2 * maps } else { 0 };
         both.max(fields * float + maps + 40)
     }
 

@@ -73,6 +73,17 @@ impl TriangleMesh {
         mesh.weld()
     }
 
+    /// Vertices at edges of a single triangle, where the surface ends; sorted.
+    pub fn border(&self) -> Vec<u32> {
+        let sides = self.sorted_sides();
+        let ends = |side: u64| [side >> 33, (side >> 1) & u64::from(u32::MAX)].map(|v| v as u32);
+        let alone = by_edge(&sides).filter(|same| same.len() == 1);
+        let mut border: Vec<u32> = alone.flat_map(|same| ends(same[0])).collect();
+        border.sort_unstable();
+        border.dedup();
+        border
+    }
+
     /// Whether every edge is shared by two triangles that run through it in opposite senses.
     pub fn is_closed(&self) -> bool {
         all_shared(&self.sorted_sides())

@@ -17,7 +17,7 @@ const PAIRS: usize = 256;
 const LEAST: usize = 3;
 
 /// Share of draws that is expected to be viable.
-const VIABLE: f64 = 0.6;
+const VIABLE: f64 = 0.55;
 
 struct Atlas {
     config: Config,

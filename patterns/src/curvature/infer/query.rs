@@ -15,9 +15,16 @@ const LARGEST: f64 = 400.0;
 /// A field whose gradient is this near to that of a phase is taken as one.
 const PHASE: f64 = 0.5;
 
-/// Voxels along the faces of the box whose curvatures are left out: what stands beyond is not
-/// known, and a surface that is continued as if it met the face at a right angle is bent there.
-const MARGIN: f64 = 3.0;
+/// Voxels along the faces of the box whose curvatures take in what stands beyond, which is not
+/// known: their neighbours would.
+const FACE: f64 = 1.0;
+
+/// Voxels around the cuts of a surface in which the distance from it, that a phase is made of, is
+/// not that from the whole surface.
+const CUT: f64 = 3.0;
+
+/// The least part of a surface that stands for all of it.
+const LEAST: f64 = 0.1;
 
 /// What there is to know of the given shape.
 pub(super) struct Query {
@@ -41,10 +48,11 @@ impl Query {
     pub(super) fn read(config: &Config, context: &Context<'_>) -> Result<Self> {
         let refuse = |reason: String| Error::Input { key: "shape".into(), reason };
         let h = config.spacing();
-        let (phase, note) = match context.inputs.mesh("shape", &config.shape)? {
+        let read = match context.inputs.mesh("shape", &config.shape)? {
             Some(mesh) => {
                 let cells = voxels(&mesh, h, context).map_err(refuse)?;
-                (profile(cells, 0.5, config)?, "a mesh".to_owned())
+                let note = "a mesh".to_owned();
+                Read { phase: profile(cells, 0.5, config)?, note, margin: CUT }
             }
             None => {
                 let given = context.inputs.field("shape", &config.shape)?;
@@ -61,10 +69,11 @@ impl Query {
                 volume(Field::from_vec(grid, given.as_slice().to_vec())?, config)?
             }
         };
-        Self::of(phase, note, config)
+        Self::of(read, config)
     }
 
-    fn of(phase: Field, note: String, config: &Config) -> Result<Self> {
+    fn of(read: Read, config: &Config) -> Result<Self> {
+        let Read { phase, mut note, margin } = read;
         let grid = phase.grid();
         let sphere = Coefficients { a20: 1.0, a11: 0.0, a02: 1.0, b10: 0.0, b01: 0.0, c: 0.0 };
         let mut energy =
@@ -72,7 +81,15 @@ impl Query {
         energy.edges = Edges::Replicate;
         let energy = Energy::<f64>::new(energy)?;
         let mesh = view::surface(phase.clone(), 0.0, Caps::Open).mesh;
-        let diagram = Diagram::of(&energy, phase.as_slice(), &inner(&mesh, grid))?;
+        let mut inner = inner(&mesh, grid, margin);
+        let part = inner.area() / mesh.area();
+        if part < LEAST {
+            inner = mesh.clone();
+            note += "; all of its surface is near the faces of its box, which bend it";
+        } else {
+            note += &format!("; {:.0} % of its surface is off the faces of its box", 100.0 * part);
+        }
+        let diagram = Diagram::of(&energy, phase.as_slice(), &inner)?;
         let Some(cloud) = diagram.cloud(0)? else {
             let reason = format!("`{}` has no surface at that level", config.shape);
             return Err(Error::Input { key: "shape".into(), reason });
@@ -84,18 +101,39 @@ impl Query {
     }
 }
 
-/// The triangles away from the faces of the box; all of them where none is.
-fn inner(mesh: &TriangleMesh, grid: Grid) -> TriangleMesh {
-    let [nz, ny, nx] = grid.shape().map(|n| (n - 1) as f64 - MARGIN);
+/// What a file holds.
+struct Read {
+    phase: Field,
+    note: String,
+    /// Voxels around the cuts of the surface that are not to be measured.
+    margin: f64,
+}
+
+/// The triangles off the faces of the box, and `margin` voxels from where the surface is cut.
+fn inner(mesh: &TriangleMesh, grid: Grid, margin: f64) -> TriangleMesh {
+    let [nz, ny, nx] = grid.shape();
+    let place = |vertex: u32| mesh.vertices[vertex as usize].map(|x| x / grid.spacing());
+    let node = |[x, y, z]: [f64; 3]| [z, y, x].map(|x| x.round().max(0.0) as usize);
+    let mut near_cuts = vec![false; nz * ny * nx];
+    let reach = margin.ceil() as usize;
+    let around = |at: usize, n: usize| at.saturating_sub(reach)..(at + reach + 1).min(n);
+    let mut cuts: Vec<[usize; 3]> = mesh.border().into_iter().map(|v| node(place(v))).collect();
+    cuts.sort_unstable();
+    cuts.dedup();
+    for [k, j, i] in cuts.into_iter().filter(|_| reach > 0) {
+        for (k, j) in around(k, nz).flat_map(|k| around(j, ny).map(move |j| (k, j))) {
+            let row = &mut near_cuts[(k * ny + j) * nx..][..nx];
+            row[around(i, nx)].fill(true);
+        }
+    }
     let within = |&vertex: &u32| {
-        let place = mesh.vertices[vertex as usize].map(|x| x / grid.spacing());
-        place.iter().zip([nx, ny, nz]).all(|(x, last)| (MARGIN..=last).contains(x))
+        let place = place(vertex);
+        let inside = |(x, n): (&f64, usize)| (FACE..=(n - 1) as f64 - FACE).contains(x);
+        let [k, j, i] = node(place);
+        place.iter().zip([nx, ny, nz]).all(inside) && !near_cuts[(k * ny + j) * nx + i]
     };
     let kept = |triangle: &&[u32; 3]| triangle.iter().all(within);
-    let triangles: Vec<[u32; 3]> = mesh.triangles.iter().filter(kept).copied().collect();
-    if triangles.is_empty() {
-        return mesh.clone();
-    }
+    let triangles = mesh.triangles.iter().filter(kept).copied().collect();
     TriangleMesh { triangles, ..mesh.clone() }
 }
 
@@ -128,7 +166,7 @@ fn voxels(
 }
 
 /// A volume as a phase, and what it was taken for.
-fn volume(mut given: Field, config: &Config) -> Result<(Field, String)> {
+fn volume(mut given: Field, config: &Config) -> Result<Read> {
     if let Some(label) = config.label {
         given.as_mut_slice().iter_mut().for_each(|v| *v = f64::from(u8::from(*v == label)));
         let count = given.as_slice().iter().filter(|&&v| v == 1.0).count();
@@ -152,7 +190,8 @@ fn volume(mut given: Field, config: &Config) -> Result<(Field, String)> {
     let whole = low > -1.5 && high < 1.5 && level == 0.0;
     if whole && is_phase(&given, config.growth.epsilon)? {
         given.as_mut_slice().iter_mut().for_each(|v| *v *= sign);
-        return Ok((given, "a phase field, taken as it is".into()));
+        let note = "a phase field, taken as it is".into();
+        return Ok(Read { phase: given, note, margin: 0.0 });
     }
     let two = given.as_slice().iter().all(|&v| v == low || v == high);
     let note = match two && config.smooth > 0.0 {
@@ -160,13 +199,16 @@ fn volume(mut given: Field, config: &Config) -> Result<(Field, String)> {
         false => format!("a volume with its surface at {level}"),
     };
     let mut level = level;
+    let mut margin = CUT;
     if two && config.smooth > 0.0 {
+        // The blur sees no farther than that.
+        margin += 2.0 * config.smooth;
         let inside = given.as_slice().iter().filter(|&&v| v > level).count();
         given = blurred(&given, config.smooth)?;
         level = same_volume(&given, inside);
     }
     given.as_mut_slice().iter_mut().for_each(|v| *v = sign * (*v - level));
-    Ok((profile(given, 0.0, config)?, note))
+    Ok(Read { phase: profile(given, 0.0, config)?, note, margin })
 }
 
 /// Whether values change as those of a phase of that width do.
@@ -211,30 +253,49 @@ fn profile(values: Field, level: f64, config: &Config) -> Result<Field> {
 mod tests {
     use super::*;
 
-    /// A cylinder that leaves the box at a slant: 1 / radius and 0 all along, which the voxels at
-    /// the faces do not show.
+    /// A cylinder that leaves the box at a slant, as a phase and in two values: 1 / radius and 0
+    /// all along, which the voxels at the faces do not show.
     #[test]
     fn a_cut_shape_is_measured_away_from_the_cuts() {
         let (grid, radius) = (Grid::new(&[40; 3], 0.01).unwrap(), 0.08);
         let axis = [2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0];
         let config = Config { shape: "given".into(), ..Config::default() };
-        let phase = Field::from_fn(grid, |p| {
+        let inside = Field::from_fn(grid, |p| {
             let from = p.map(|x| x - 0.2);
             let along: f64 = from.iter().zip(axis).map(|(x, a)| x * a).sum();
             let square: f64 = from.iter().map(|x| x * x).sum::<f64>() - along * along;
-            let inside = radius - square.max(0.0).sqrt();
-            libm::tanh(inside / (std::f64::consts::SQRT_2 * config.growth.epsilon))
+            radius - square.max(0.0).sqrt()
         });
-        let query = Query::of(phase, String::new(), &config).unwrap();
-        let away = |diagram: &Diagram| {
-            let pairs = diagram.0.values.iter().zip(&diagram.0.weights);
-            let square = |k: &[f64; 2]| (k[0] - 1.0 / radius).powi(2) + k[1].powi(2);
-            (pairs.map(|(k, w)| square(k) * w).sum::<f64>() / diagram.area()).sqrt()
+        let width = std::f64::consts::SQRT_2 * config.growth.epsilon;
+        let of = |value: &dyn Fn(f64) -> f64| {
+            let values = inside.as_slice().iter().map(|&d| value(d)).collect();
+            let read = volume(Field::from_vec(grid, values).unwrap(), &config).unwrap();
+            Query::of(read, &config).unwrap()
         };
-        let inside = away(&query.diagram);
-        assert!(inside < 0.1 / radius, "{inside}");
-        // The area is that of the whole surface.
-        let whole = query.area * 64e-3;
-        assert!(query.diagram.area() < 0.9 * whole, "{} {whole}", query.diagram.area());
+        let two = of(&|d| f64::from(u8::from(d > 0.0)));
+        for (query, bound) in [(of(&|d| libm::tanh(d / width)), 0.03), (two, 0.2)] {
+            let pairs = query.diagram.0.values.iter().zip(&query.diagram.0.weights);
+            let square = |k: &[f64; 2]| (k[0] - 1.0 / radius).powi(2) + k[1].powi(2);
+            let off =
+                (pairs.map(|(k, w)| square(k) * w).sum::<f64>() / query.diagram.area()).sqrt();
+            assert!(off < bound / radius, "{}: {off}", query.note);
+            // The area is that of the whole surface.
+            let whole = query.area * 64e-3;
+            assert!(query.diagram.area() < 0.95 * whole, "{} {whole}", query.diagram.area());
+        }
+    }
+
+    /// A ball that touches the faces and is cut by none keeps most of its surface.
+    #[test]
+    fn a_whole_shape_is_measured_whole() {
+        let grid = Grid::new(&[32; 3], 0.01).unwrap();
+        let ball = |p: [f64; 3]| {
+            let square: f64 = p.iter().map(|x| (x - 0.155).powi(2)).sum();
+            0.15 - square.sqrt()
+        };
+        let phase = Field::from_fn(grid, ball);
+        let mesh = view::surface(phase, 0.0, Caps::Open).mesh;
+        let part = inner(&mesh, grid, 6.0).area() / mesh.area();
+        assert!(part > 0.8, "{part}");
     }
 }

@@ -212,7 +212,7 @@ impl Run for Inference {
     }
 
     fn expected_iterations(&self) -> u64 {
-        let draws = if self.given.is_some() { 0 } else { self.config.count as u64 / 5 };
+        let draws = if self.given.is_some() { 0 } else { self.config.count as u64 / 4 };
         draws + self.config.generations + 2
     }
 
