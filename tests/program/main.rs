@@ -7,6 +7,7 @@ mod curvature_flows;
 mod curvature_infer;
 mod database;
 mod faults;
+mod faults_models;
 mod figures;
 mod formats;
 mod formats_images;

@@ -191,3 +191,43 @@ impl Growth {
         Ok(Grown::Shape(Box::new(Shape { measures, diagram, phase })))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Grown, Growth, Size};
+    use crate::curvature::{Coefficients, MODEL};
+    use crate::{Artifact, Context, NoInputs, Status};
+
+    /// A shape of an atlas is the texture that its parameters grow alone, to the byte.
+    #[test]
+    fn shapes_grow_as_single_textures_do() {
+        let list = [1.0, 2.0, 6.0, -40.0, -40.0, 400.0];
+        let alone = |settings: &str| {
+            let settings = format!(
+                "size = 16\nevaluations = 60\ncoefficients = {list:?}\nmass = -0.4\n{settings}"
+            );
+            let context = Context { seed: 5, inputs: &NoInputs, memory: 1 << 33 };
+            let mut run = (MODEL.start)(&settings.parse().unwrap(), &context).unwrap();
+            while run.step().unwrap() == Status::Running {}
+            let phase = run.artifacts().into_iter().find_map(|artifact| match artifact {
+                Artifact::Image(image) if image.name == "phase" => Some(image.field),
+                _ => None,
+            });
+            phase.unwrap()
+        };
+        let usual = Growth { size: Size::Cube(16), evaluations: 60, ..Growth::default() };
+        let mut all = Vec::new();
+        for (growth, settings) in [
+            (usual.clone(), ""),
+            (Growth { opening: Some(5), ..usual.clone() }, "opening = 5"),
+            (Growth { rate: Some(0.25), ..usual }, "rate = 0.25"),
+        ] {
+            let grown = growth.grow(Coefficients::from(list), -0.4, 5).unwrap();
+            let Grown::Shape(shape) = grown else { panic!("{settings}: {grown:?}") };
+            let alone = alone(settings);
+            assert!(shape.phase.as_slice() == alone.as_slice(), "{settings}");
+            assert!(all.iter().all(|other| other != alone.as_slice()), "{settings}");
+            all.push(alone.as_slice().to_vec());
+        }
+    }
+}

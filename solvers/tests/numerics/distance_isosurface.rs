@@ -89,6 +89,9 @@ fn caps_close_a_cut_ball() {
     assert!(!open.is_closed() && open.is_manifold() && open.euler_characteristic() == 1);
     let closed = triangulate(&phi, 0.0, Caps::Closed).unwrap();
     assert!(closed.is_closed() && closed.is_manifold() && closed.euler_characteristic() == 2);
+    assert!(closed.border().is_empty());
+    let at_face = |&v: &u32| open.vertices[v as usize].iter().any(|&x| x < 1e-12);
+    assert!((0..open.vertices.len() as u32).filter(at_face).eq(open.border()));
     let measured = Measures::of(&phi, Boundary::Neumann).area;
     println!("cut ball: mesh {:.6}, measure {measured:.6}", closed.volume());
     // Caps stand .0005 cell off the faces: .05 * .0005 * area of the caps (~ 1) at most.

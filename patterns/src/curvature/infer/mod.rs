@@ -5,6 +5,7 @@
 //! the given shape; a20 is 1, for the texture knows the polynomial up to a factor.
 
 mod config;
+mod cuts;
 mod query;
 mod run;
 mod search;
