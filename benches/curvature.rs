@@ -1,7 +1,8 @@
 //! Curvature flows at 100^3 in single precision: milliseconds of an energy with its gradient, a
 //! blur, a step of the published flow and one of the fast flow, on one and two threads by turns,
-//! and how much faster two are. Two loops that need no such flow tell what the machine itself
-//! gives: one of arithmetic only, one that streams through memory.
+//! and how much faster two are: of the median times, and of the least, which others on the machine
+//! disturb least. Two loops that need no such flow tell what the machine itself gives: one of
+//! arithmetic only, one that streams through memory.
 //!
 //! `cargo bench --bench curvature -- 256` adds a size.
 #![allow(
@@ -28,7 +29,9 @@ const STREAM: usize = 1024 * TASK;
 fn main() {
     let mut sizes = vec![100];
     sizes.extend(std::env::args().filter_map(|text| text.parse::<usize>().ok()));
-    println!("part\tsize\twall_ms_1\tcpu_ms_1\twall_ms_2\tcpu_ms_2\tfaster");
+    println!(
+        "part\tsize\twall_ms_1\tcpu_ms_1\twall_ms_2\tcpu_ms_2\tfaster\tleast_ms_1\tleast_ms_2\tfaster"
+    );
     let pools =
         [1, 2].map(|n| ThreadPoolBuilder::new().num_threads(n).build().expect("some threads"));
     for n in sizes {
@@ -103,8 +106,8 @@ fn machine(pools: &[ThreadPool; 2]) {
     report("streams", 256, pools, calls);
 }
 
-/// Median wall times of several calls in each pool by turns, each with a state of its own, mean
-/// processor times, and the ratio of the walls.
+/// Median and least wall times of several calls in each pool by turns, each with a state of its
+/// own, mean processor times, and the ratios of the walls.
 fn report<F: FnMut() + Send>(part: &str, n: usize, pools: &[ThreadPool; 2], mut calls: [F; 2]) {
     let count = (100_000_000 / (n * n * n)).max(3);
     let (mut walls, mut busy) = ([Vec::new(), Vec::new()], [0.0; 2]);
@@ -119,10 +122,13 @@ fn report<F: FnMut() + Send>(part: &str, n: usize, pools: &[ThreadPool; 2], mut 
             busy[m] += (lab::bench::processor_seconds() - before) * 1e3 / count as f64;
         }
     }
-    let [one, two] = walls.map(|mut walls| {
+    let [[least_one, one], [least_two, two]] = walls.map(|mut walls| {
         walls.sort_by(f64::total_cmp);
-        walls[count / 2]
+        [walls[0], walls[count / 2]]
     });
-    let [cpu_one, cpu_two] = busy;
-    println!("{part}\t{n}\t{one:.2}\t{cpu_one:.2}\t{two:.2}\t{cpu_two:.2}\t{:.2}", one / two);
+    let ([cpu_one, cpu_two], [faster, least]) = (busy, [one / two, least_one / least_two]);
+    println!(
+        "{part}\t{n}\t{one:.2}\t{cpu_one:.2}\t{two:.2}\t{cpu_two:.2}\t{faster:.2}\t\
+         {least_one:.2}\t{least_two:.2}\t{least:.2}"
+    );
 }

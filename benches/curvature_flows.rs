@@ -1,8 +1,8 @@
 //! The fast flow beside the published one: energies, evaluations, seconds, and whether both
 //! grow the same texture, over several seeds.
 //!
-//! `cargo bench --bench curvature_flows -- [SIZE] [SEEDS] [PRESETS,..] [EVALUATIONS,..]`, the last
-//! of the fast flow; at the published size of 100 a seed takes a minute and a half.
+//! `cargo bench --bench curvature_flows -- [SIZE] [SEEDS] [PRESETS,..] [EVALUATIONS,..] [OPENING]`,
+//! the last two of the fast flow; at the published size of 100 a seed takes a minute and a half.
 #![allow(
     clippy::print_stdout,
     clippy::disallowed_methods,
@@ -19,21 +19,18 @@ use solvers::{
 };
 use std::time::Instant;
 
-/// Name, coefficients, mass, evaluations of the fast flow.
-type Case = (&'static str, [f64; 6], f64, u64);
+/// Name, coefficients, mass, evaluations of the fast flow, of them of its opening.
+type Case = (&'static str, [f64; 6], f64, u64, u64);
 
 const CASES: [Case; 4] = [
-    ("tubes", [1.0, 2.0, 6.0, -40.0, -40.0, 400.0], -0.6, 800),
-    ("bilayers", [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], -0.4, 600),
-    ("layers", [2.0, 2.0, 2.0, 0.0, 0.0, 0.0], -0.3, 800),
-    ("sponges", [1.0, 2.8, 2.0, -10.0, -10.0, 25.0], -0.25, 1000),
+    ("tubes", [1.0, 2.0, 6.0, -40.0, -40.0, 400.0], -0.6, 800, 200),
+    ("bilayers", [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], -0.4, 1250, 1000),
+    ("layers", [2.0, 2.0, 2.0, 0.0, 0.0, 0.0], -0.3, 1730, 1500),
+    ("sponges", [1.0, 2.8, 2.0, -10.0, -10.0, 25.0], -0.25, 1000, 200),
 ];
 
 /// Steps of the published flow.
 const STEPS: u64 = 4000;
-
-/// Those at the beginning of the fast one: of 800 evaluations the default.
-const OPENING: u64 = 200;
 
 /// What a flow came to.
 struct End {
@@ -51,7 +48,9 @@ fn main() -> Result<()> {
     let (size, seeds) = (number(1, 100), number(2, 5));
     let wanted = argument(3).unwrap_or_default();
     let chosen = |name: &str| wanted.is_empty() || wanted.split(',').any(|w| w == name);
-    for (name, coefficients, mass, evaluations) in CASES.into_iter().filter(|c| chosen(c.0)) {
+    for (name, coefficients, mass, evaluations, opening) in
+        CASES.into_iter().filter(|c| chosen(c.0))
+    {
         let asked = argument(4).map(|list| list.split(',').flat_map(str::parse).collect());
         let lengths: Vec<u64> = asked.unwrap_or_else(|| vec![evaluations]);
         println!(
@@ -60,7 +59,8 @@ fn main() -> Result<()> {
         let mut published = Vec::new();
         let mut fast: Vec<Vec<End>> = lengths.iter().map(|_| Vec::new()).collect();
         for seed in 1..=seeds as u64 {
-            let problem = Problem { size, coefficients, mass, seed };
+            let opening = number(5, opening as usize) as u64;
+            let problem = Problem { size, coefficients, mass, opening, seed };
             let one = problem.published()?;
             for (&length, fast) in lengths.iter().zip(&mut fast) {
                 let (two, reached) = problem.fast(length, one.energy)?;
@@ -92,6 +92,7 @@ struct Problem {
     size: usize,
     coefficients: [f64; 6],
     mass: f64,
+    opening: u64,
     seed: u64,
 }
 
@@ -118,7 +119,7 @@ impl Problem {
 
     /// The fast flow from the same start, and when it was first below `target`.
     fn fast(&self, evaluations: u64, target: f64) -> Result<(End, Option<(u64, f64)>)> {
-        let config = OpenedConfig::new(evaluations, Some(OPENING));
+        let config = OpenedConfig::new(evaluations, Some(self.opening));
         let mut flow = Opened::new(self.energy()?, self.potential()?, config, self.seed)?;
         let (clock, mut reached, mut energy) = (Instant::now(), None, f64::NAN);
         for n in 1..=evaluations {

@@ -1,8 +1,9 @@
 //! Recovery of known parameters: textures are grown from other noise than the search's, and what
 //! is found is put beside what made them, its distance beside that of the true parameters.
 //!
-//! `cargo bench --bench recovery -- ATLAS [SIZE] [GENERATIONS] [PRESETS,..]`, ATLAS being
-//! the output folder of `patterns curvature atlas`; some minutes a texture.
+//! `cargo bench --bench recovery -- ATLAS [SIZE] [GENERATIONS] [PRESETS,..] [EVALUATIONS] [SEARCHED]`,
+//! ATLAS being the output folder of `patterns curvature atlas`, the evaluations those of the known
+//! textures and of the search's; a minute or two a texture.
 #![allow(clippy::print_stdout, reason = "a study prints a table")]
 
 use lab::inputs::FileInputs;
@@ -37,11 +38,12 @@ fn main() -> Result<()> {
         println!("name the output folder of `patterns {}`", atlas::MODEL.name);
         return Ok(());
     };
-    let (size, generations) = (number(2, 48), number(3, 20));
+    let (size, generations) = (number(2, 48), number(3, 32));
     let wanted = argument(4).unwrap_or_default();
+    let (evaluations, searched) = (number(5, 300), number(6, 200));
     let chosen = |name: &str| wanted.is_empty() || wanted.split(',').any(|w| w == name);
     for name in KNOWN.into_iter().filter(|name| chosen(name)) {
-        let texture = format!("preset = '{name}'\nsize = {size}\nevaluations = 300");
+        let texture = format!("preset = '{name}'\nsize = {size}\nevaluations = {evaluations}");
         let (grown, known) = finish(&curvature::MODEL, &texture, 77, &FileInputs::new(vec![]))?;
         let phase = grown.artifacts().into_iter().find_map(|artifact| match artifact {
             Artifact::Image(image) if image.name == "phase" => Some(image.field),
@@ -49,7 +51,9 @@ fn main() -> Result<()> {
         });
         let Some(phase) = phase else { continue };
         let given = Given { phase, files: FileInputs::new(vec![".".into()]) };
-        let search = format!("shape = 'given'\natlas = '{folder}'\ngenerations = {generations}");
+        let growth = format!("[growth]\nevaluations = {searched}");
+        let search =
+            format!("shape = 'given'\natlas = '{folder}'\ngenerations = {generations}\n{growth}");
         let (run, _) = finish(&infer::MODEL, &search, 1, &given)?;
         let metric = |name: &str| metric(run.as_ref(), name);
         let list = known.get("coefficients").and_then(toml::Value::as_array);
@@ -63,25 +67,32 @@ fn main() -> Result<()> {
             "{name}: distance {:.2}, of the true parameters {:.2} (nearest of the atlas {:.2}, \
              other noise {:.2}, between noises {:.2})",
             metric("distance"),
-            distance_of(truth, &given).unwrap_or(f64::NAN),
+            distance_of(truth, searched, &given).unwrap_or(f64::NAN),
             metric("nearest_distance"),
             metric("distance_other_noise"),
             metric("distance_of_noises")
         );
         for (parameter, truth) in PARAMETERS.into_iter().zip(truth) {
-            let spread = metric(&format!("{parameter}_spread"));
+            let [low, high] = ["low", "high"].map(|end| metric(&format!("{parameter}_{end}")));
             let found = metric(parameter);
             // The mass is the given shape's own.
-            let spread = if spread.is_nan() { String::new() } else { format!("+- {spread:.3}") };
-            println!("  {parameter:4} {truth:9.3} found {found:9.3} {spread}");
+            let range = if low.is_nan() {
+                String::new()
+            } else {
+                let inside = if (low..=high).contains(&truth) { "in" } else { "NOT in" };
+                format!("the truth is {inside} [{low:.3}, {high:.3}]")
+            };
+            println!("  {parameter:4} {truth:9.3} found {found:9.3} {range}");
         }
     }
     Ok(())
 }
 
 /// Distance of what the true parameters grow in the search's way, from other noise.
-fn distance_of(truth: [f64; 6], given: &Given) -> Result<f64> {
-    let mut only = "shape = 'given'\ncount = 3\ngenerations = 0\n[ranges]\n".to_owned();
+fn distance_of(truth: [f64; 6], searched: u64, given: &Given) -> Result<f64> {
+    let mut only = format!(
+        "shape = 'given'\ncount = 3\ngenerations = 0\n[growth]\nevaluations = {searched}\n[ranges]\n"
+    );
     for (parameter, value) in PARAMETERS.into_iter().zip(truth) {
         only += &format!("{parameter} = [{value:?}, {value:?}]\n");
     }

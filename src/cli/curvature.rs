@@ -53,7 +53,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "N")]
     evaluations: Option<u64>,
     /// Those of the published flow at the beginning of the fast one from noise: they choose the
-    /// texture that the paper's would [default: a quarter of --evaluations, at most 200].
+    /// texture that the paper's would; the longer, the more of it is kept [default: a quarter of
+    /// --evaluations, at most 200].
     #[arg(long, value_name = "N")]
     opening: Option<u64>,
     /// Step of the method [default: fast .5, without an opening 1; paper .001]; the fast flow halves

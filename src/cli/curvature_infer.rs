@@ -39,7 +39,11 @@ pub(super) struct Args {
     /// Standard deviation of the blur of a volume of two values, voxels [default: 1.5].
     #[arg(long, value_name = "VOXELS")]
     smooth: Option<f64>,
-    /// Generations of the search, 8 shapes each [default: 20].
+    /// Nearest shapes of the atlas that the search begins at [default: 3].
+    #[arg(long, value_name = "N")]
+    starts: Option<u64>,
+    /// Generations of the search, 8 shapes each: half of them the starts' by turns, a quarter the
+    /// best one's, a quarter around all that are near [default: 32].
     #[arg(long, value_name = "N")]
     generations: Option<u64>,
     /// Voxels of the shapes that are grown: N or NZxNYxNX [default: 48].
@@ -70,6 +74,7 @@ pub(super) fn main(args: &Args) -> Result<ExitCode> {
     request.set_flag("label", args.label)?;
     request.set_flag("inside", args.inside.as_deref())?;
     request.set_flag("smooth", args.smooth)?;
+    request.set_flag("starts", values::integer(args.starts))?;
     request.set_flag("generations", values::integer(args.generations))?;
     let evaluations = values::integer(args.evaluations);
     request.set_at("growth.evaluations", evaluations, "--evaluations")?;

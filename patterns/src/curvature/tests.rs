@@ -228,7 +228,11 @@ fn inference_brings_diagrams_together() {
         // What is written is the best that was seen.
         let told = saved.last().unwrap().all_f64("told").unwrap();
         let best = told.iter().copied().fold(f64::INFINITY, f64::min);
-        assert!(told.len() > 8 && metric("distance") <= best, "{} {best}", metric("distance"));
+        assert!(told.len() == 3 + 2 * 8 && metric("distance") == best, "{} {best}", told.len());
+        for name in ["a11", "a02", "b10", "b01", "c"] {
+            let [low, high] = ["low", "high"].map(|end| metric(&format!("{name}_{end}")));
+            assert!((low..=high).contains(&metric(name)), "{name}: {low} {high}");
+        }
         assert!(metric("distance") < 20.0, "{}", metric("distance"));
         for state in saved.iter().step_by(2) {
             let mut resumed = begin();

@@ -28,8 +28,10 @@ pub(super) struct Config {
     pub(super) atlas: Option<String>,
     /// Shapes of the atlas that is drawn where none is given.
     pub(super) count: usize,
-    /// Nearest shapes of the atlas that are told.
+    /// Nearest shapes of the atlas that are told, and grown with the given shape's mass.
     pub(super) nearest: usize,
+    /// The best of these that the search begins at; by turns, for half of the generations.
+    pub(super) starts: usize,
     /// Generations of the search.
     pub(super) generations: u64,
     /// First width of the search, as part of the ranges.
@@ -65,7 +67,8 @@ impl Default for Config {
             atlas: None,
             count: 64,
             nearest: 8,
-            generations: 20,
+            starts: 3,
+            generations: 32,
             width: 0.12,
             growth: Growth { size: Size::Cube(48), evaluations: 200, ..Growth::default() },
             ranges: Ranges::default(),
@@ -98,6 +101,7 @@ impl Config {
         }
         whole("count", self.count, 3, 20_000)?;
         whole("nearest", self.nearest, 1, 100)?;
+        whole("starts", self.starts, 1, 100)?;
         whole("generations", self.generations as usize, 0, 10_000)?;
         if !(self.width > 0.0 && self.width <= 1.0) {
             return Err(Error::range("width", self.width, "(0, 1]"));

@@ -1,11 +1,11 @@
 //! The stages of an inference: atlas, nearest shapes, search, proof.
 
 use super::config::Config;
+use super::proof::Found;
 use super::query::Query;
-use super::search::{self, Search};
+use super::search::{Search, Target};
 use super::view;
 use crate::curvature::atlas::{Draws, NAMES, cloud};
-use crate::curvature::grow::Shape;
 use crate::{Artifact, Context, Error, Image, Metric, Result, Run, State, Status};
 use rayon::prelude::*;
 use solvers::transport::{CoarseSinkhorn, PointCloud, PreparedCloud};
@@ -33,18 +33,6 @@ struct Inference {
     search: Option<Search>,
     found: Option<Found>,
     steps: u64,
-}
-
-/// What the parameters that were found grow.
-pub(super) struct Found {
-    pub(super) parameters: [f64; 6],
-    pub(super) shape: Box<Shape>,
-    /// Distance from the given shape.
-    pub(super) distance: f64,
-    /// Distance from the given shape if it grows from other noise.
-    pub(super) again: f64,
-    /// Distance between the shapes of the two noises.
-    pub(super) floor: f64,
 }
 
 /// Starts a run, its checks before any work.
@@ -133,49 +121,24 @@ impl Inference {
     }
 
     fn start_search(&mut self) -> Result<()> {
-        let Some(&(start, _)) = self.nearest.first() else {
+        if self.nearest.is_empty() {
             return Err(Error::config("count", "the atlas has no shape"));
-        };
-        self.search = Some(Search::new(&self.config, start, self.seed)?);
-        Ok(())
-    }
-
-    /// Grows the parameters that were found, from two noises.
-    fn prove(&mut self) -> Result<()> {
-        let Some(&(mut first, _)) = self.nearest.first() else { return Ok(()) };
-        first[PARAMETERS - 1] = self.query.mass;
-        let mut near = (first, self.grown_distance(first)?);
-        if let Some((point, value)) = self.search.as_ref().and_then(Search::best)
-            && value < near.1
-        {
-            near = (Search::parameters(&self.config, point, self.query.mass), value);
         }
-        let parameters = near.0;
-        let grow = |seed: u64| search::grow(&self.config, parameters, seed);
-        let (one, two) = rayon::join(|| grow(self.seed), || grow(self.seed.wrapping_add(1)));
-        let (Some(shape), Some(other)) = (one?, two?) else { return Ok(()) };
-        let distance = |shape: &Shape, from: &PreparedCloud<2>| {
-            search::distance(Some(shape), from, &self.transport, &self.config)
-        };
-        let own = self.transport.prepare(&shape.diagram)?;
-        self.found = Some(Found {
-            parameters,
-            distance: distance(&shape, &self.wanted)?,
-            again: distance(&other, &self.wanted)?,
-            floor: distance(&other, &own)?,
-            shape,
-        });
+        let nearest: Vec<[f64; 6]> = self.nearest.iter().map(|n| n.0).collect();
+        self.search = Some(Search::new(&self.config, &nearest, self.query.mass));
         Ok(())
     }
 
-    /// Distance of what some parameters grow from the given shape.
-    fn grown_distance(&self, parameters: [f64; 6]) -> Result<f64> {
-        let shape = search::grow(&self.config, parameters, self.seed)?;
-        search::distance(shape.as_deref(), &self.wanted, &self.transport, &self.config)
-    }
-
-    fn generations(&self) -> u64 {
-        self.search.as_ref().map_or(0, |search| search.told.len() as u64)
+    /// A generation, or the proof after the last.
+    fn go_on(&mut self, search: &mut Search) -> Result<Status> {
+        let Self { config, wanted, transport, seed, .. } = &*self;
+        let target = Target { config, wanted, transport, seed: *seed };
+        if search.told.is_empty() || (search.generations() as u64) < config.generations {
+            search.advance(target)?;
+            return Ok(Status::Running);
+        }
+        self.found = Found::new(search, target)?;
+        Ok(if self.found.is_some() { Status::Done } else { Status::NotConverged })
     }
 }
 
@@ -191,15 +154,12 @@ impl Run for Inference {
             self.start_search()?;
             return Ok(Status::Running);
         }
-        if let Some(search) = &mut self.search
-            && (search.told.len() as u64) < self.config.generations
-        {
-            let (wanted, mass) = (&self.wanted, self.query.mass);
-            search.generation(&self.config, wanted, &self.transport, mass, self.seed)?;
-            return Ok(Status::Running);
+        if let Some(mut search) = self.search.take() {
+            let status = self.go_on(&mut search);
+            self.search = Some(search);
+            return status;
         }
-        self.prove()?;
-        Ok(if self.found.is_some() { Status::Done } else { Status::NotConverged })
+        Ok(Status::NotConverged)
     }
 
     fn iterations(&self) -> u64 {
@@ -208,12 +168,12 @@ impl Run for Inference {
 
     fn max_iterations(&self) -> u64 {
         let draws = if self.given.is_some() { 0 } else { 20 * self.config.count as u64 / 8 + 1 };
-        draws + self.config.generations + 2
+        draws + self.config.generations + 3
     }
 
     fn expected_iterations(&self) -> u64 {
         let draws = if self.given.is_some() { 0 } else { self.config.count as u64 / 4 };
-        draws + self.config.generations + 2
+        draws + self.config.generations + 3
     }
 
     fn config(&self) -> toml::Table {
@@ -236,29 +196,27 @@ impl Run for Inference {
             for (name, value) in NAMES.iter().zip(found.parameters) {
                 metrics.push(Metric::new(name, value, "1"));
             }
-            if let Some(search) = &self.search {
-                let spread = search.spread(&self.config, self.query.mass);
-                for (name, value) in NAMES.iter().zip(spread) {
-                    metrics.push(Metric::new(&format!("{name}_spread"), value, "1"));
-                }
+            for (name, [low, high]) in NAMES.iter().zip(found.ranges) {
+                metrics.push(Metric::new(&format!("{name}_low"), low, "1"));
+                metrics.push(Metric::new(&format!("{name}_high"), high, "1"));
             }
         }
         metrics
     }
 
     fn observe(&self) -> Vec<Metric> {
+        let generations = self.search.as_ref().map_or(0, Search::generations);
         let near = self.nearest.first().map_or(f64::NAN, |n| n.1);
-        let best = self.search.as_ref().and_then(Search::best).map_or(near, |b| b.1.min(near));
+        let best = self.search.as_ref().and_then(Search::best).map_or(near, |b| b.distance);
         vec![
             Metric::new("shapes", self.draws.members.len() as f64, "1"),
-            Metric::new("generations", self.generations() as f64, "1"),
+            Metric::new("generations", generations as f64, "1"),
             Metric::new("best_distance", best, "1/length"),
         ]
     }
 
     fn artifacts(&self) -> Vec<Artifact> {
-        let told = self.search.as_ref().map_or(&[][..], |search| &search.told);
-        view::artifacts(&self.query, &self.nearest, told, self.found.as_ref())
+        view::artifacts(&self.query, &self.nearest, self.search.as_ref(), self.found.as_ref())
     }
 
     fn frame(&self) -> Option<Image> {
@@ -274,6 +232,15 @@ impl Run for Inference {
                 "the shape's mass {mass:.3} is outside the atlas's range [{low}, {high}]"
             ));
         }
+        if let Some(found) = &self.found
+            && found.distance > found.floor
+        {
+            notes.push(format!(
+                "the shape that was found is {:.2} from the given one, two noises {:.2} from each \
+                 other: more generations may come nearer",
+                found.distance, found.floor
+            ));
+        }
         notes
     }
 
@@ -285,9 +252,9 @@ impl Run for Inference {
             self.nearest.iter().flat_map(|(p, d)| p.iter().copied().chain([*d])).collect();
         state.put_f64("nearest", &nearest);
         let told = self.search.as_ref().map_or_else(Vec::new, |s| s.told.concat());
-        let population = self.search.as_ref().map_or(0, Search::population);
+        let lengths = self.search.iter().flat_map(|s| s.told.iter().map(|v| v.len() as u64));
         state.put_f64("told", &told);
-        state.put_u64("population", &[population as u64]);
+        state.put_u64("told_lengths", &lengths.collect::<Vec<u64>>());
         state
     }
 
@@ -304,10 +271,14 @@ impl Run for Inference {
             return Ok(());
         }
         self.start_search()?;
-        let population = state.one_u64("population")?.max(1) as usize;
-        if let Some(search) = &mut self.search {
-            for values in state.all_f64("told")?.chunks(population) {
-                search.repeat(values.to_vec())?;
+        let mut told = state.all_f64("told")?;
+        for &length in state.all_u64("told_lengths")? {
+            let Some((values, rest)) = told.split_at_checked(length as usize) else {
+                return Err(Error::Checkpoint("`told` has half a generation".into()));
+            };
+            told = rest;
+            if let Some(search) = &mut self.search {
+                search.repeat(&self.config, self.seed, values.to_vec())?;
             }
         }
         Ok(())

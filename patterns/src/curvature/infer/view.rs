@@ -1,7 +1,8 @@
 //! What an inference shows.
 
+use super::proof::Found;
 use super::query::Query;
-use super::run::Found;
+use super::search::Search;
 use crate::curvature::atlas::NAMES;
 use crate::curvature::view;
 use crate::{Artifact, Axis, Mark, Plot, Series};
@@ -14,12 +15,16 @@ const DOTS: usize = 3000;
 pub(super) fn artifacts(
     query: &Query,
     nearest: &[([f64; 6], f64)],
-    told: &[Vec<f64>],
+    search: Option<&Search>,
     found: Option<&Found>,
 ) -> Vec<Artifact> {
-    let mut artifacts = vec![shape("given", &query.phase, Caps::Closed), table(nearest)];
-    if !told.is_empty() {
-        artifacts.push(progress(nearest, told, found));
+    let near: Vec<([f64; 6], &[f64])> =
+        nearest.iter().map(|(p, distance)| (*p, std::slice::from_ref(distance))).collect();
+    let near = table("nearest", &["distance (1/length)"], &near);
+    let mut artifacts = vec![shape("given", &query.phase, Caps::Closed), near];
+    if let Some(search) = search.filter(|search| !search.told.is_empty()) {
+        artifacts.push(candidates(search));
+        artifacts.push(progress(nearest, &search.told, found));
     }
     if let Some(found) = found {
         artifacts.push(shape("found", &found.shape.phase, Caps::PeriodicClosed));
@@ -35,27 +40,37 @@ fn shape(name: &str, phase: &Field, caps: Caps) -> Artifact {
     Artifact::Surface(view::shape(name, surface, [nx, ny, nz]))
 }
 
-fn table(nearest: &[([f64; 6], f64)]) -> Artifact {
-    let mut columns: Vec<(String, Vec<f64>)> = NAMES
-        .iter()
-        .enumerate()
-        .map(|(k, name)| ((*name).to_owned(), nearest.iter().map(|n| n.0[k]).collect()))
-        .collect();
-    columns.push(("distance (1/length)".into(), nearest.iter().map(|n| n.1).collect()));
-    Artifact::Table { name: "nearest".into(), columns }
+/// Parameters, and what else there is to them.
+fn table(name: &str, others: &[&str], rows: &[([f64; 6], &[f64])]) -> Artifact {
+    let parameter = |k: usize| rows.iter().map(|row| row.0[k]).collect();
+    let other = |k: usize| rows.iter().map(|row| row.1[k]).collect();
+    let own = NAMES.iter().enumerate().map(|(k, name)| ((*name).to_owned(), parameter(k)));
+    let others = others.iter().enumerate().map(|(k, name)| ((*name).to_owned(), other(k)));
+    Artifact::Table { name: name.into(), columns: own.chain(others).collect() }
 }
 
-/// Distance against generations, with that of the nearest shape of the atlas.
+/// All that was tried, the nearest first.
+fn candidates(search: &Search) -> Artifact {
+    let mut all: Vec<([f64; 6], [f64; 2])> = (search.candidates.iter())
+        .map(|c| (c.parameters, [c.distance, c.generation as f64]))
+        .collect();
+    all.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
+    let rows: Vec<([f64; 6], &[f64])> = all.iter().map(|(p, rest)| (*p, &rest[..])).collect();
+    table("candidates", &["distance (1/length)", "generation"], &rows)
+}
+
+/// Distance against generations, the starts being generation 0, with that of the nearest shape of
+/// the atlas.
 fn progress(nearest: &[([f64; 6], f64)], told: &[Vec<f64>], found: Option<&Found>) -> Artifact {
     let least = |values: &Vec<f64>| values.iter().copied().fold(f64::INFINITY, f64::min);
     let mut best = f64::INFINITY;
     let line = told.iter().enumerate().map(|(n, values)| {
         best = best.min(least(values));
-        [n as f64 + 1.0, best]
+        [n as f64, best]
     });
     let best: Vec<[f64; 2]> = line.collect();
-    let each = told.iter().enumerate().map(|(n, values)| [n as f64 + 1.0, least(values)]);
-    let ends = [1.0, told.len() as f64];
+    let each = told.iter().enumerate().map(|(n, values)| [n as f64, least(values)]);
+    let ends = [0.0, (told.len() - 1).max(1) as f64];
     let level = |label: &str, y: f64| Series {
         label: label.into(),
         points: ends.map(|x| [x, y]).to_vec(),
