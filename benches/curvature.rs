@@ -30,7 +30,7 @@ fn main() {
     let mut sizes = vec![100];
     sizes.extend(std::env::args().filter_map(|text| text.parse::<usize>().ok()));
     println!(
-        "part\tsize\twall_ms_1\tcpu_ms_1\twall_ms_2\tcpu_ms_2\tfaster\tleast_ms_1\tleast_ms_2\tfaster"
+        "part\tsize\twall_ms_1\tcpu_ms_1\twall_ms_2\tcpu_ms_2\tfaster\tleast_ms_1\tleast_ms_2\tleast_faster"
     );
     let pools =
         [1, 2].map(|n| ThreadPoolBuilder::new().num_threads(n).build().expect("some threads"));

@@ -42,14 +42,30 @@ fn main() -> Result<()> {
     let wanted = argument(4).unwrap_or_default();
     let (evaluations, searched) = (number(5, 300), number(6, 200));
     let chosen = |name: &str| wanted.is_empty() || wanted.split(',').any(|w| w == name);
-    for name in KNOWN.into_iter().filter(|name| chosen(name)) {
+    let study = Study { folder, size, generations, evaluations, searched };
+    KNOWN.into_iter().filter(|name| chosen(name)).try_for_each(|name| study.recover(name))
+}
+
+/// How the known textures and the search's grow.
+struct Study {
+    folder: String,
+    size: u64,
+    generations: u64,
+    evaluations: u64,
+    searched: u64,
+}
+
+impl Study {
+    /// Grows a texture and looks for what made it.
+    fn recover(&self, name: &str) -> Result<()> {
+        let Self { folder, size, generations, evaluations, searched } = self;
         let texture = format!("preset = '{name}'\nsize = {size}\nevaluations = {evaluations}");
         let (grown, known) = finish(&curvature::MODEL, &texture, 77, &FileInputs::new(vec![]))?;
         let phase = grown.artifacts().into_iter().find_map(|artifact| match artifact {
             Artifact::Image(image) if image.name == "phase" => Some(image.field),
             _ => None,
         });
-        let Some(phase) = phase else { continue };
+        let Some(phase) = phase else { return Ok(()) };
         let given = Given { phase, files: FileInputs::new(vec![".".into()]) };
         let growth = format!("[growth]\nevaluations = {searched}");
         let search =
@@ -67,7 +83,7 @@ fn main() -> Result<()> {
             "{name}: distance {:.2}, of the true parameters {:.2} (nearest of the atlas {:.2}, \
              other noise {:.2}, between noises {:.2})",
             metric("distance"),
-            distance_of(truth, searched, &given).unwrap_or(f64::NAN),
+            distance_of(truth, *searched, &given).unwrap_or(f64::NAN),
             metric("nearest_distance"),
             metric("distance_other_noise"),
             metric("distance_of_noises")
@@ -84,8 +100,8 @@ fn main() -> Result<()> {
             };
             println!("  {parameter:4} {truth:9.3} found {found:9.3} {range}");
         }
+        Ok(())
     }
-    Ok(())
 }
 
 /// Distance of what the true parameters grow in the search's way, from other noise.

@@ -3,14 +3,14 @@
 use crate::{Context, Error, Result};
 use serde::{Serialize, de::DeserializeOwned};
 use solvers::Grid;
-use toml::Table;
+use toml::{Table, Value};
 
 /// Reads a configuration; what is absent takes its default.
 ///
 /// # Errors
 /// [`Error::Config`] with the dotted key of an unknown key or a wrong type.
 pub(crate) fn from_table<T: DeserializeOwned>(table: &Table) -> Result<T> {
-    let value = toml::Value::Table(table.clone());
+    let value = Value::Table(table.clone());
     serde_path_to_error::deserialize(value).map_err(|error| {
         let reason = error.inner().to_string().trim().replace('\n', " ");
         // `speed[0].kind` as the dotted key `speed.0.kind`.
@@ -25,6 +25,16 @@ pub(crate) fn from_table<T: DeserializeOwned>(table: &Table) -> Result<T> {
         };
         Error::Config { key, reason }
     })
+}
+
+/// Lays a table over another, table by table: what is not in it stays.
+pub(crate) fn overlay(base: &mut Table, over: Table) {
+    for (key, value) in over {
+        match (base.get_mut(&key), value) {
+            (Some(Value::Table(old)), Value::Table(new)) => overlay(old, new),
+            (_, value) => drop(base.insert(key, value)),
+        }
+    }
 }
 
 /// The complete configuration as a table.

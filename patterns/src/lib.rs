@@ -17,7 +17,7 @@ pub mod level_set;
 pub mod reaction_diffusion;
 pub mod topology;
 
-pub(crate) use config::{check_memory, from_table, to_table};
+pub(crate) use config::{check_memory, from_table, overlay, to_table};
 
 pub use artifact::{
     Artifact, Axis, Colors, Image, Map, MapPoint, Mark, Metric, Plot, Series, Stroke, Surface,

@@ -212,9 +212,12 @@ fn inference_brings_diagrams_together() {
     for (field, kind, near) in [(phase, "a phase field", 1e-6), (solid, "two values", 0.1)] {
         let inputs = Grown(field);
         let context = Context { seed: 3, inputs: &inputs, memory: 1 << 33 };
-        let settings = "shape = 'given.npy'\ncount = 3\ngenerations = 2\n\
+        let settings = "shape = 'given.npy'\ncount = 3\ngenerations = 4\nnearest = 3\n\
             growth = { size = 16, evaluations = 40 }";
         let begin = || (super::infer::MODEL.start)(&settings.parse().unwrap(), &context).unwrap();
+        let part = "shape = 'given.npy'\ngrowth = { evaluations = 40 }".parse().unwrap();
+        let config = (super::infer::MODEL.start)(&part, &context).unwrap().config();
+        assert_eq!(config["growth"]["size"].as_integer(), Some(48), "{config}");
         let mut whole = begin();
         let mut saved = Vec::new();
         while whole.step().unwrap() == Status::Running {
@@ -228,7 +231,7 @@ fn inference_brings_diagrams_together() {
         // What is written is the best that was seen.
         let told = saved.last().unwrap().all_f64("told").unwrap();
         let best = told.iter().copied().fold(f64::INFINITY, f64::min);
-        assert!(told.len() == 3 + 2 * 8 && metric("distance") == best, "{} {best}", told.len());
+        assert!(told.len() == 3 + 4 * 8 && metric("distance") == best, "{} {best}", told.len());
         for name in ["a11", "a02", "b10", "b01", "c"] {
             let [low, high] = ["low", "high"].map(|end| metric(&format!("{name}_{end}")));
             assert!((low..=high).contains(&metric(name)), "{name}: {low} {high}");

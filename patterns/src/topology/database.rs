@@ -1,7 +1,7 @@
 //! The problems that the program carries: `database/topology/*.toml`.
 
 use crate::{Error, Preset, Result};
-use toml::{Table, Value};
+use toml::Table;
 
 macro_rules! entry {
     ($name:literal, $about:literal) => {
@@ -64,15 +64,6 @@ pub(super) fn expand(config: &Table) -> Result<Table> {
     };
     // A test sees to it that every entry parses.
     let mut base: Table = preset.config.parse().unwrap_or_default();
-    overlay(&mut base, config);
+    crate::overlay(&mut base, config);
     Ok(base)
-}
-
-fn overlay(base: &mut Table, over: Table) {
-    for (key, value) in over {
-        match (base.get_mut(&key), value) {
-            (Some(Value::Table(old)), Value::Table(new)) => overlay(old, new),
-            (_, value) => drop(base.insert(key, value)),
-        }
-    }
 }

@@ -30,7 +30,7 @@ pub(super) struct Config {
     pub(super) count: usize,
     /// Nearest shapes of the atlas that are told, and grown with the given shape's mass.
     pub(super) nearest: usize,
-    /// The best of these that the search begins at; by turns, for half of the generations.
+    /// Number of the best of these at which the search begins.
     pub(super) starts: usize,
     /// Generations of the search.
     pub(super) generations: u64,
@@ -101,7 +101,7 @@ impl Config {
         }
         whole("count", self.count, 3, 20_000)?;
         whole("nearest", self.nearest, 1, 100)?;
-        whole("starts", self.starts, 1, 100)?;
+        whole("starts", self.starts, 1, self.nearest)?;
         whole("generations", self.generations as usize, 0, 10_000)?;
         if !(self.width > 0.0 && self.width <= 1.0) {
             return Err(Error::range("width", self.width, "(0, 1]"));

@@ -23,6 +23,8 @@ pub(super) struct Found {
     /// Least and greatest parameters of all candidates that are farther from the given shape by
     /// no more than that: diagrams do not tell them from the ones that were found.
     pub(super) ranges: [[f64; 2]; 5],
+    /// Their number.
+    pub(super) near: usize,
 }
 
 impl Found {
@@ -54,7 +56,32 @@ impl Found {
         }
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let (distance, floor) = (away(&shape, target.wanted)?, mean(&pairs));
-        let ranges = search.ranges(distance + floor);
-        Ok(Some(Self { parameters, shape, distance, again: mean(&again), floor, ranges }))
+        let within = distance + floor;
+        let (ranges, near) = (search.ranges(within), search.within(within).count());
+        Ok(Some(Self { parameters, shape, distance, again: mean(&again), floor, ranges, near }))
     }
+
+    /// What there is to be said of it.
+    pub(super) fn notes(&self, search: &Search) -> Vec<String> {
+        let (near, all) = (self.near, search.candidates.len());
+        let mut notes =
+            vec![format!("the ranges of the parameters are those of {near} of {all} candidates")];
+        if self.distance > self.floor {
+            notes.push(format!(
+                "the shape that was found is {:.2} from the given one, two noises {:.2} from each \
+                 other: more generations may come nearer",
+                self.distance, self.floor
+            ));
+        }
+        notes
+    }
+}
+
+/// Why nothing was found.
+pub(super) fn refused(search: &Search) -> Option<String> {
+    let best = search.best()?;
+    Some(format!(
+        "the nearest candidate, {:.2} away, does not grow from every noise: {:?}",
+        best.distance, best.parameters
+    ))
 }

@@ -1,7 +1,7 @@
 //! The stages of an inference: atlas, nearest shapes, search, proof.
 
 use super::config::Config;
-use super::proof::Found;
+use super::proof::{self, Found};
 use super::query::Query;
 use super::search::{Search, Target};
 use super::view;
@@ -14,7 +14,7 @@ use solvers::transport::{CoarseSinkhorn, PointCloud, PreparedCloud};
 const PARAMETERS: usize = 6;
 
 /// Shapes that are grown together: candidates of a generation, or draws of an atlas.
-const TOGETHER: usize = 8;
+pub(super) const TOGETHER: usize = 8;
 
 /// Parameters of an atlas's shapes with their diagrams.
 type Known = Vec<([f64; 6], PointCloud<2>)>;
@@ -37,7 +37,10 @@ struct Inference {
 
 /// Starts a run, its checks before any work.
 pub(super) fn begin(table: &toml::Table, context: &Context<'_>) -> Result<Box<dyn Run>> {
-    let config: Config = crate::from_table(table)?;
+    // Where a part of `growth` is given, the rest is as usual here, not as in an atlas.
+    let mut whole = crate::to_table(&Config::default());
+    crate::overlay(&mut whole, table.clone());
+    let config: Config = crate::from_table(&whole)?;
     config.check()?;
     config.growth.check_memory("growth.size", TOGETHER, context)?;
     let given = config.atlas.as_ref().map(|folder| read_atlas(folder, context)).transpose()?;
@@ -232,14 +235,13 @@ impl Run for Inference {
                 "the shape's mass {mass:.3} is outside the atlas's range [{low}, {high}]"
             ));
         }
-        if let Some(found) = &self.found
-            && found.distance > found.floor
-        {
-            notes.push(format!(
-                "the shape that was found is {:.2} from the given one, two noises {:.2} from each \
-                 other: more generations may come nearer",
-                found.distance, found.floor
-            ));
+        if let Some(search) = &self.search {
+            let ended = search.generations() as u64 >= self.config.generations;
+            match &self.found {
+                Some(found) => notes.extend(found.notes(search)),
+                None if ended => notes.extend(proof::refused(search)),
+                None => {}
+            }
         }
         notes
     }

@@ -4,6 +4,7 @@
 mod tests;
 
 use super::config::Config;
+use super::run::TOGETHER;
 use crate::curvature::atlas::coefficients;
 use crate::curvature::grow::{Grown, Shape};
 use crate::{Error, Result};
@@ -16,8 +17,9 @@ use solvers::transport::{CoarseSinkhorn, PreparedCloud};
 /// than any shape.
 const REFUSED: f64 = 2.0;
 
-/// Candidates that are kept in sight to the end: as part of the least distance.
-const NEAR: f64 = 2.0;
+/// The candidates around which the search looks at last: as near as this times the least distance,
+/// and at least as many as this.
+const NEAR: (f64, usize) = (2.0, 16);
 
 /// Points of a generation in which the search looks around.
 const AROUND: usize = 8;
@@ -32,7 +34,7 @@ pub(super) struct Target<'a> {
     pub(super) seed: u64,
 }
 
-/// A shape that was looked at: its parameters and its distance from the given one.
+/// A shape that grew: its parameters and its distance from the given one.
 #[derive(Clone, Copy)]
 pub(super) struct Candidate {
     /// 0 for the shapes of the atlas.
@@ -99,8 +101,12 @@ impl Search {
             let shape = grow(target.config, parameters, target.seed)?;
             distance(shape.as_deref(), target)
         };
-        let values: Result<Vec<f64>> = points.par_iter().map(evaluate).collect();
-        self.tell(target.config, target.seed, &points, values?)
+        let mut values = Vec::with_capacity(points.len());
+        for points in points.chunks(TOGETHER) {
+            let some: Result<Vec<f64>> = points.par_iter().map(evaluate).collect();
+            values.extend(some?);
+        }
+        self.tell(target.config, target.seed, &points, values)
     }
 
     /// Goes through a generation again whose values are known.
@@ -127,15 +133,23 @@ impl Search {
     /// what the diagrams do not tell: the proposals of ter Braak 2006, "A Markov chain Monte Carlo
     /// version of the genetic algorithm differential evolution", with a factor of 1.
     fn around(&self, config: &Config, seed: u64) -> Vec<Vec<f64>> {
-        let least = self.best().map_or(0.0, |best| best.distance);
-        let near = self.candidates.iter().filter(|c| c.distance <= NEAR * least);
-        let near: Vec<Vec<f64>> = near.map(|c| part(config, &c.parameters)).collect();
+        let mut near: Vec<&Candidate> = self.candidates.iter().collect();
+        near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        let least = near.first().map_or(0.0, |best| best.distance);
+        let count = near.partition_point(|c| c.distance <= NEAR.0 * least).max(NEAR.1);
+        near.truncate(count);
+        let near: Vec<Vec<f64>> = near.iter().map(|c| part(config, &c.parameters)).collect();
         let mut random = stream(seed, "curvature inference", self.told.len() as u64);
-        let mut pick = || &near[(uniform(&mut random) * near.len() as f64) as usize];
+        let mut below = |n: usize| (uniform(&mut random) * n as f64) as usize;
         (0..AROUND)
             .map(|_| {
-                let (from, others) = (pick(), pick().iter().zip(pick()));
-                from.iter().zip(others).map(|(x, (a, b))| x + (a - b)).collect()
+                let from = below(near.len());
+                // Two others of a turned list: neither the first nor each other.
+                let other = |step: usize| &near[(from + step) % near.len()];
+                let one = 1 + below(near.len() - 1);
+                let two = 1 + (one + below(near.len() - 2)) % (near.len() - 1);
+                let pairs = other(one).iter().zip(other(two));
+                near[from].iter().zip(pairs).map(|(x, (a, b))| x + (a - b)).collect()
             })
             .collect()
     }
@@ -158,6 +172,7 @@ impl Search {
         }
         let generation = self.told.len();
         let new = points.iter().zip(&values);
+        let new = new.filter(|(_, distance)| **distance < REFUSED * config.distance.reach);
         self.candidates.extend(new.map(|(&parameters, &distance)| Candidate {
             generation,
             parameters,
@@ -171,7 +186,9 @@ impl Search {
     fn open_lanes(&mut self, config: &Config, seed: u64, values: &[f64]) -> Result<()> {
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-        for (number, &n) in order.iter().take(config.starts).enumerate() {
+        // Each has its turn.
+        let count = config.starts.min(config.generations.div_ceil(2).max(1) as usize);
+        for (number, &n) in order.iter().take(count).enumerate() {
             let start = part(config, &self.starts[n]);
             let cmaes = Cmaes::new(&start, config.width, seed.wrapping_add(number as u64))?;
             self.lanes.push(Lane { cmaes, start: values[n] });
@@ -185,7 +202,7 @@ impl Search {
         if 2 * n < all {
             return Turn::Lane(n % self.lanes.len());
         }
-        if 4 * n >= 3 * all {
+        if 4 * n >= 3 * all && self.candidates.len() > 2 {
             return Turn::Around;
         }
         let best = |a: &usize, b: &usize| self.lanes[*a].best().total_cmp(&self.lanes[*b].best());
@@ -197,10 +214,15 @@ impl Search {
         self.candidates.iter().min_by(|a, b| a.distance.total_cmp(&b.distance))
     }
 
-    /// Least and greatest parameters of the candidates within a distance of the given shape.
-    pub(super) fn ranges(&self, within: f64) -> [[f64; 2]; 5] {
+    /// Candidates within a distance of the given shape.
+    pub(super) fn within(&self, distance: f64) -> impl Iterator<Item = &Candidate> {
+        self.candidates.iter().filter(move |c| c.distance <= distance)
+    }
+
+    /// Their least and greatest parameters.
+    pub(super) fn ranges(&self, distance: f64) -> [[f64; 2]; 5] {
         std::array::from_fn(|k| {
-            let near = self.candidates.iter().filter(|c| c.distance <= within);
+            let near = self.within(distance);
             near.map(|c| c.parameters[k])
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
                     [low.min(v), high.max(v)]
