@@ -78,10 +78,12 @@ impl Found {
 }
 
 /// Why nothing was found.
-pub(super) fn refused(search: &Search) -> Option<String> {
-    let best = search.best()?;
-    Some(format!(
-        "the nearest candidate, {:.2} away, does not grow from every noise: {:?}",
-        best.distance, best.parameters
-    ))
+pub(super) fn refused(search: &Search) -> String {
+    match search.best() {
+        Some(best) => format!(
+            "the nearest candidate, {:.2} away, does not grow from another noise: {:?}",
+            best.distance, best.parameters
+        ),
+        None => "no candidate of the search grew a shape".into(),
+    }
 }

@@ -3,7 +3,7 @@
 use super::config::Config;
 use super::proof::{self, Found};
 use super::query::Query;
-use super::search::{Search, Target};
+use super::search::{Search, TOGETHER, Target};
 use super::view;
 use crate::curvature::atlas::{Draws, NAMES, cloud};
 use crate::{Artifact, Context, Error, Image, Metric, Result, Run, State, Status};
@@ -12,9 +12,6 @@ use solvers::transport::{CoarseSinkhorn, PointCloud, PreparedCloud};
 
 /// Columns of `shapes.npy` of an atlas that are parameters.
 const PARAMETERS: usize = 6;
-
-/// Shapes that are grown together: candidates of a generation, or draws of an atlas.
-pub(super) const TOGETHER: usize = 8;
 
 /// Parameters of an atlas's shapes with their diagrams.
 type Known = Vec<([f64; 6], PointCloud<2>)>;
@@ -239,7 +236,7 @@ impl Run for Inference {
             let ended = search.generations() as u64 >= self.config.generations;
             match &self.found {
                 Some(found) => notes.extend(found.notes(search)),
-                None if ended => notes.extend(proof::refused(search)),
+                None if ended => notes.push(proof::refused(search)),
                 None => {}
             }
         }
@@ -282,6 +279,9 @@ impl Run for Inference {
             if let Some(search) = &mut self.search {
                 search.repeat(&self.config, self.seed, values.to_vec())?;
             }
+        }
+        if !told.is_empty() {
+            return Err(Error::Checkpoint("`told` is longer than its generations".into()));
         }
         Ok(())
     }

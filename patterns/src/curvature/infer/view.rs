@@ -24,7 +24,7 @@ pub(super) fn artifacts(
     let mut artifacts = vec![shape("given", &query.phase, Caps::Closed), near];
     if let Some(search) = search.filter(|search| !search.told.is_empty()) {
         artifacts.push(candidates(search));
-        artifacts.push(progress(nearest, &search.told, found));
+        artifacts.push(progress(nearest, &search.least(), found));
     }
     if let Some(found) = found {
         artifacts.push(shape("found", &found.shape.phase, Caps::PeriodicClosed));
@@ -61,16 +61,18 @@ fn candidates(search: &Search) -> Artifact {
 
 /// Distance against generations, the starts being generation 0, with that of the nearest shape of
 /// the atlas.
-fn progress(nearest: &[([f64; 6], f64)], told: &[Vec<f64>], found: Option<&Found>) -> Artifact {
-    let least = |values: &Vec<f64>| values.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut best = f64::INFINITY;
-    let line = told.iter().enumerate().map(|(n, values)| {
-        best = best.min(least(values));
-        [n as f64, best]
-    });
-    let best: Vec<[f64; 2]> = line.collect();
-    let each = told.iter().enumerate().map(|(n, values)| [n as f64, least(values)]);
-    let ends = [0.0, (told.len() - 1).max(1) as f64];
+fn progress(nearest: &[([f64; 6], f64)], least: &[f64], found: Option<&Found>) -> Artifact {
+    let points = |values: &mut dyn Iterator<Item = f64>| -> Vec<[f64; 2]> {
+        let numbered = values.enumerate().map(|(n, value)| [n as f64, value]);
+        numbered.filter(|point| point[1].is_finite()).collect()
+    };
+    let mut so_far = f64::NAN;
+    let best = points(&mut least.iter().map(|value| {
+        so_far = so_far.min(*value);
+        so_far
+    }));
+    let each = points(&mut least.iter().copied());
+    let ends = [0.0, (least.len() - 1).max(1) as f64];
     let level = |label: &str, y: f64| Series {
         label: label.into(),
         points: ends.map(|x| [x, y]).to_vec(),
@@ -78,7 +80,7 @@ fn progress(nearest: &[([f64; 6], f64)], told: &[Vec<f64>], found: Option<&Found
     };
     let mut series = vec![
         Series { label: "best so far".into(), points: best, mark: Mark::Line },
-        Series { label: "best of the generation".into(), points: each.collect(), mark: Mark::Dots },
+        Series { label: "best of the generation".into(), points: each, mark: Mark::Dots },
     ];
     if let Some((_, distance)) = nearest.first() {
         series.push(level("nearest of the atlas", *distance));

@@ -4,7 +4,6 @@
 mod tests;
 
 use super::config::Config;
-use super::run::TOGETHER;
 use crate::curvature::atlas::coefficients;
 use crate::curvature::grow::{Grown, Shape};
 use crate::{Error, Result};
@@ -21,8 +20,8 @@ const REFUSED: f64 = 2.0;
 /// and at least as many as this.
 const NEAR: (f64, usize) = (2.0, 16);
 
-/// Points of a generation in which the search looks around.
-const AROUND: usize = 8;
+/// Shapes that are grown together: starts, candidates of a generation, or draws of an atlas.
+pub(super) const TOGETHER: usize = 8;
 
 /// What candidates are compared with.
 #[derive(Clone, Copy)]
@@ -141,7 +140,7 @@ impl Search {
         let near: Vec<Vec<f64>> = near.iter().map(|c| part(config, &c.parameters)).collect();
         let mut random = stream(seed, "curvature inference", self.told.len() as u64);
         let mut below = |n: usize| (uniform(&mut random) * n as f64) as usize;
-        (0..AROUND)
+        (0..TOGETHER)
             .map(|_| {
                 let from = below(near.len());
                 // Two others of a turned list: neither the first nor each other.
@@ -207,6 +206,16 @@ impl Search {
         }
         let best = |a: &usize, b: &usize| self.lanes[*a].best().total_cmp(&self.lanes[*b].best());
         Turn::Lane((0..self.lanes.len()).min_by(best).unwrap_or(0))
+    }
+
+    /// Least distance of each generation, NaN where nothing grew.
+    pub(super) fn least(&self) -> Vec<f64> {
+        let mut least = vec![f64::NAN; self.told.len()];
+        for candidate in &self.candidates {
+            let least = &mut least[candidate.generation];
+            *least = least.min(candidate.distance);
+        }
+        least
     }
 
     /// The nearest candidate so far.
