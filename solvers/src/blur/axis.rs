@@ -6,6 +6,7 @@ use crate::Float;
 /// A symmetric filter along an axis of `n` voxels.
 #[derive(Clone, Debug)]
 pub(super) struct Axis<T> {
+    edges: BlurEdges,
     /// Weights of the voxel itself and of those 1, 2, ... away; filled up with zeros so that
     /// the number of pairs is a multiple of [`GROUP`].
     pub(super) taps: Vec<T>,
@@ -37,7 +38,8 @@ impl<T: Float> Axis<T> {
         let source: Vec<usize> =
             (0..n + 2 * radius).map(|p| inside(p as isize - radius as isize)).collect();
         let steps = (0..=2 * radius).collect();
-        let mut axis = Self { taps: Vec::new(), source, ends: Vec::new(), radius, steps };
+        let (taps, ends) = (Vec::new(), Vec::new());
+        let mut axis = Self { edges, taps, source, ends, radius, steps };
         if edges == BlurEdges::Replicate {
             axis.ends = axis.transposed_ends(n, &weights);
         }
@@ -63,8 +65,14 @@ impl<T: Float> Axis<T> {
     pub(super) fn extend(&self, line: &[T], out: &mut [T]) {
         let (n, r) = (line.len(), self.radius);
         out[r..r + n].copy_from_slice(line);
-        for p in (0..r).chain(r + n..n + 2 * r) {
-            out[p] = line[self.source[p]];
+        if self.edges == BlurEdges::Periodic && r <= n {
+            // Two copies take a fourth of the time of single numbers.
+            out[..r].copy_from_slice(&line[n - r..]);
+            out[r + n..n + 2 * r].copy_from_slice(&line[..r]);
+        } else {
+            for p in (0..r).chain(r + n..n + 2 * r) {
+                out[p] = line[self.source[p]];
+            }
         }
     }
 

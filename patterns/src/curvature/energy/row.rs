@@ -43,9 +43,23 @@ const BLOCK: usize = 4;
 const KEPT: usize = 18;
 
 /// What the stages leave of a chunk, each number at the start of a vector.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Lanes<T, const N: usize>([[T; CHUNK]; N]);
+
+/// What the stages leave to each other of a block of chunks.
+#[derive(Clone, Debug)]
+pub(super) struct Stages<T> {
+    kept: [Lanes<T, KEPT>; BLOCK],
+    roots: [Lanes<T, 2>; BLOCK],
+}
+
+impl<T: Float> Stages<T> {
+    pub(super) fn new() -> Self {
+        let zeros = [T::from_f64(0.0); CHUNK];
+        Self { kept: [Lanes([zeros; KEPT]); BLOCK], roots: [Lanes([zeros; 2]); BLOCK] }
+    }
+}
 
 /// Densities of a row of `e.len()` chunks into `e`, and their derivatives into `out`,
 /// [`FIELDS`] padded rows. What is written behind the last voxel is not part of the row.
@@ -54,12 +68,11 @@ pub(super) fn row<T: Float, const KIND: u8>(
     near: &Near<'_, T>,
     weights: &RowWeights<'_, T>,
     k: &Constants<T>,
+    stages: &mut Stages<T>,
     e: &mut [[T; CHUNK]],
     out: &mut [T],
 ) {
-    let zero = T::from_f64(0.0);
-    let mut kept = [Lanes([[zero; CHUNK]; KEPT]); BLOCK];
-    let mut roots = [Lanes([[zero; CHUNK]; 2]); BLOCK];
+    let Stages { kept, roots } = stages;
     let count = e.len();
     for first in (0..count).step_by(BLOCK) {
         let block = BLOCK.min(count - first);
@@ -99,7 +112,7 @@ fn measure<T: Float, const KIND: u8>(
     let (bw, bc, be) = (&below.west[j], &below.here[j], &below.east[j]);
     let (aw, ac, ae) = (&above.west[j], &above.here[j], &above.east[j]);
     let (bn, bs, an, as_) = (&bn[j], &bs[j], &an[j], &as_[j]);
-    let (mut values, mut density, mut d) = ([[zero; CHUNK]; KEPT], [zero; CHUNK], [zero; CHUNK]);
+    let (mut density, mut d) = ([zero; CHUNK], [zero; CHUNK]);
     for i in 0..CHUNK {
         let two = cc[i] + cc[i];
         let jet = Jet {
@@ -127,10 +140,9 @@ fn measure<T: Float, const KIND: u8>(
             jet.h[1], jet.h[2], jet.h[3], jet.h[4], jet.h[5], along,
         ];
         for v in 0..if KIND == GENERAL { KEPT } else { KEPT - 1 } {
-            values[v][i] = all[v];
+            kept[v][i] = all[v];
         }
     }
-    *kept = values;
     *e = density;
     d
 }

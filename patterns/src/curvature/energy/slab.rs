@@ -9,7 +9,7 @@
 use super::Edges;
 use super::assemble::{assemble, assemble_at};
 use super::local::{Constants, FIELDS, Weights};
-use super::row::{RowWeights, row};
+use super::row::{RowWeights, Stages, row};
 use super::rows::{Along, CHUNK, Near, PAD, chunks, stride};
 use solvers::{Aligned, Float};
 
@@ -39,6 +39,10 @@ enum Target {
     Gradient(usize),
     Aside(usize),
 }
+
+/// Of a plane's targets (itself, the one above, the one below) the one that has had
+/// contributions before.
+const BELOW: usize = 2;
 
 /// Numbers in [`Work::aside`] of contributions to the planes before and behind the slab.
 const BEFORE: usize = 3;
@@ -107,6 +111,7 @@ pub(super) struct Work<T> {
     /// faces fall on the outer rows too and must be added up as other slabs add them.
     aside: [Aligned<T>; 6],
     energy: Vec<[T; CHUNK]>,
+    stages: Box<Stages<T>>,
     weights: Aligned<T>,
 }
 
@@ -119,6 +124,7 @@ impl<T: Float> Work<T> {
             parts: std::array::from_fn(|_| Aligned::new(stride, zero)),
             aside: std::array::from_fn(|_| Aligned::default()),
             energy: vec![[zero; CHUNK]; nx.div_ceil(CHUNK)],
+            stages: Box::new(Stages::new()),
             weights: Aligned::new(if general { WEIGHTS * stride } else { 0 }, zero),
         }
     }
@@ -159,9 +165,10 @@ impl<T: Float> Job<'_, T> {
             let own = (k - start) as usize * plane;
             let mut targets = None;
             if wanted {
-                gradient[own..][..plane].fill(zero);
-                work.aside[turn(k + 1)].fill(zero);
+                // In a periodic box the first contributions to these are stored, not added.
                 if !periodic {
+                    gradient[own..][..plane].fill(zero);
+                    work.aside[turn(k + 1)].fill(zero);
                     work.aside[WITHIN].fill(zero);
                 }
                 // Contributions that leave the box fall on the plane they were copied from.
@@ -223,12 +230,17 @@ impl<T: Float> Job<'_, T> {
             }
             self.gather(gathered, work);
             let row = gathered.clamp(0, ny as isize - 1) as usize * nx;
-            for (target, part) in targets.iter().zip(&work.parts) {
+            for (n, (target, part)) in targets.iter().zip(&work.parts).enumerate() {
                 let sums = match *target {
                     Target::Gradient(first) => &mut gradient[first + row..][..nx],
                     Target::Aside(n) => &mut work.aside[n][row..][..nx],
                 };
-                add(sums, &part[PAD..][..nx]);
+                let part = &part[PAD..][..nx];
+                if periodic && n < BELOW {
+                    sums.copy_from_slice(part);
+                } else {
+                    add(sums, part);
+                }
             }
         }
         sum
@@ -242,7 +254,7 @@ impl<T: Float> Job<'_, T> {
         let count = nx.div_ceil(CHUNK);
         // Rows -1 and ny are copies of ghost rows, whose own neighbours are not there.
         let inside = if self.edges == Edges::Periodic { j.rem_euclid(ny as isize) } else { j };
-        let Work { planes, slots, energy, weights, .. } = work;
+        let Work { planes, slots, energy, weights, stages, .. } = work;
         let at = |k: isize, j: isize| {
             let plane = (k + 3).rem_euclid(3) as usize;
             &planes[(plane * (ny + 2) + (j + 1) as usize) * stride..][..stride]
@@ -262,7 +274,7 @@ impl<T: Float> Job<'_, T> {
         match self.source {
             Source::Uniform(uniform) => {
                 let weights = RowWeights::Uniform(*uniform);
-                row::<T, KIND>(&near, &weights, &self.k, energy, slot);
+                row::<T, KIND>(&near, &weights, &self.k, stages, energy, slot);
             }
             Source::Fields(fields) => {
                 let line = k.rem_euclid(nz as isize) as usize * ny + inside as usize;
@@ -279,7 +291,7 @@ impl<T: Float> Job<'_, T> {
                     *rows = chunks(row, 0, count);
                 }
                 let weights = RowWeights::Fields(rows);
-                row::<T, KIND>(&near, &weights, &self.k, energy, slot);
+                row::<T, KIND>(&near, &weights, &self.k, stages, energy, slot);
             }
         }
         self.fill_ghosts(slot);
