@@ -1,5 +1,5 @@
 //! Curvature flows at 100^3 in single precision: milliseconds of an energy with its gradient, a
-//! blur, a step of the published flow and one of the fast flow, on one and two threads by turns,
+//! blur, a step of the published flow and one of the fast flow, on one and two threads in turns,
 //! and how much faster two are: of the median times, and of the least, which others on the machine
 //! disturb least. Two loops that need no such flow tell what the machine itself gives: one of
 //! arithmetic only, one that streams through memory.
@@ -16,7 +16,7 @@ use patterns::curvature::flow::{Fast, FastConfig, Paper, PaperConfig};
 use patterns::curvature::{Coefficients, Potential};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use solvers::blur::{Blur, BlurEdges, Stored};
+use solvers::blur::{Blur, BlurEdges};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -72,7 +72,7 @@ fn flows(n: usize, pools: &[ThreadPool; 2]) {
     let calls = [(); 2].map(|()| {
         let mut blur = Blur::<f32>::new(shape, 2.0, BlurEdges::Periodic).expect("a valid sigma");
         let (u, mut between, mut out) = (start.clone(), start.clone(), start.clone());
-        move || blur.apply(&Stored(&u), &mut between, &mut out)
+        move || blur.apply(&u, &mut between, &mut out)
     });
     report("blur", n, pools, calls);
 }
@@ -106,21 +106,26 @@ fn machine(pools: &[ThreadPool; 2]) {
     report("streams", 256, pools, calls);
 }
 
-/// Median and least wall times of several calls in each pool by turns, each with a state of its
-/// own, mean processor times, and the ratios of the walls.
+/// Calls of a turn: the first finds the caches full of the other's state.
+const TURN: usize = 10;
+
+/// Median and least wall times of several calls in each pool, in turns of [`TURN`], each with a
+/// state of its own, mean processor times, and the ratios of the walls.
 fn report<F: FnMut() + Send>(part: &str, n: usize, pools: &[ThreadPool; 2], mut calls: [F; 2]) {
-    let count = (100_000_000 / (n * n * n)).max(3);
+    let turns = (10_000_000 / (n * n * n)).max(1);
+    let count = turns * TURN;
     let (mut walls, mut busy) = ([Vec::new(), Vec::new()], [0.0; 2]);
     for (pool, call) in pools.iter().zip(&mut calls) {
         pool.install(call);
     }
-    for _ in 0..count {
-        for m in 0..2 {
-            let (before, start) = (lab::bench::processor_seconds(), Instant::now());
+    for m in (0..2 * turns).map(|turn| turn % 2) {
+        let before = lab::bench::processor_seconds();
+        for _ in 0..TURN {
+            let start = Instant::now();
             pools[m].install(&mut calls[m]);
             walls[m].push(start.elapsed().as_secs_f64() * 1e3);
-            busy[m] += (lab::bench::processor_seconds() - before) * 1e3 / count as f64;
         }
+        busy[m] += (lab::bench::processor_seconds() - before) * 1e3 / count as f64;
     }
     let [[least_one, one], [least_two, two]] = walls.map(|mut walls| {
         walls.sort_by(f64::total_cmp);

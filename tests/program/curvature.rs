@@ -5,7 +5,7 @@ use lab::output::npy;
 use patterns::curvature::energy::{Edges, Energy, EnergyConfig, Orientation, Scalar, Spatial};
 use patterns::curvature::{Coefficients, Potential};
 use solvers::Float;
-use solvers::blur::{Blur, BlurEdges, Stored};
+use solvers::blur::{Blur, BlurEdges};
 use solvers::random::{stream, uniform};
 use std::f64::consts::PI;
 
@@ -130,7 +130,7 @@ fn phase_and_gradient_of_the_potential() {
         let mut energy = energy::<f64>(case);
         let f = energy.value_and_gradient(&u, &mut gradient)
             / case.energies[usize::from(state != "A0")];
-        map.blur_gradient(&mut gradient, &mut between);
+        map.blur_in_place(&mut gradient, &mut between);
         let mut all = [u.clone(), u.clone(), u.clone()];
         let [z, y, x] = &mut all;
         map.gradient(&gradient, [z, y, x]);
@@ -157,7 +157,7 @@ fn orientation() {
     let (mut gradient, mut between) = (u.clone(), u.clone());
     let f = energy.value_and_gradient(&u, &mut gradient);
     let mut map = potential(SHAPE, -0.6);
-    map.blur_gradient(&mut gradient, &mut between);
+    map.blur_in_place(&mut gradient, &mut between);
     let mut all = [u.clone(), u.clone(), u.clone()];
     let [z, y, x] = &mut all;
     map.gradient(&gradient, [z, y, x]);
@@ -176,7 +176,7 @@ fn replicated_edges() {
     let mut energy = Energy::<f64>::new(config).unwrap();
     let mut blur = Blur::<f64>::new(SHAPE, 1.0, BlurEdges::Replicate).unwrap();
     let (mut between, mut u, mut gradient) = (v.clone(), v.clone(), v.clone());
-    blur.apply(&Stored(&v), &mut between, &mut u);
+    blur.apply(&v, &mut between, &mut u);
     let f = energy.value_and_gradient(&u, &mut gradient) / 110.95036779381027;
     blur.transpose(&mut gradient, &mut between);
     let worst = error(&gradient, &load("replicate_willmore_dF_dv_true_f64"));

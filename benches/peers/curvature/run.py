@@ -1,4 +1,4 @@
-"""Times the published curvature flow in PyTorch on the CPU, then ours."""
+"""Times the published curvature flow in PyTorch on the CPU and ours, by turns."""
 
 import argparse
 import os
@@ -92,7 +92,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--venv", help="folder of the virtual environment")
     parser.add_argument("--size", type=int, default=100)
-    parser.add_argument("--steps", type=int, default=8)
+    parser.add_argument("--steps", type=int, default=8, help="of a turn of PyTorch's")
+    parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
     args = parser.parse_args()
     if not args.inside:
@@ -103,12 +104,18 @@ def main():
             requirements = str(HERE / "requirements.txt")
             subprocess.check_call([python, "-m", "pip", "install", "-q", "-r", requirements])
         sys.exit(subprocess.call([python, __file__, "--inside", *sys.argv[1:]]))
-    mine = ours() if args.size == 100 else {}
-    print("threads  PyTorch s/step  ours s/step  ratio")
-    for threads in (1, 2):
-        theirs = step_seconds(args.size, threads, args.steps)
-        own = mine.get(threads, float("nan"))
-        print(f"{threads:7}  {theirs:14.3f}  {own:11.4f}  {theirs / own:5.1f}")
+    print("round  threads  PyTorch s/step  ours s/step  ratio", flush=True)
+    ratios = {1: [], 2: []}
+    for turn in range(args.rounds):
+        mine = ours() if args.size == 100 else {}
+        for threads in ratios:
+            theirs = step_seconds(args.size, threads, args.steps)
+            own = mine.get(threads, float("nan"))
+            ratios[threads].append(theirs / own)
+            row = f"{turn:5}  {threads:7}  {theirs:14.3f}  {own:11.4f}  {theirs / own:5.1f}"
+            print(row, flush=True)
+    for threads, all_ratios in ratios.items():
+        print(f"median on {threads}: {sorted(all_ratios)[len(all_ratios) // 2]:.1f}")
 
 
 if __name__ == "__main__":

@@ -319,13 +319,12 @@ impl Config {
         let float = if self.precision == Precision::F64 { 8 } else { 4 };
         let opened = self.flow == Flow::Fast && self.start == Start::Noise;
         let fields = match self.flow {
-            Flow::Fast if !opened => 8,
-            Flow::Fast | Flow::Paper => 12,
+            Flow::Fast | Flow::Paper => 8,
             Flow::L2 | Flow::L2Mass => 28,
         };
         let maps = if self.along.is_some() { 7 * (8 + float) } else { 0 };
         // Both flows are there when the opening ends, with their transforms, and no surface.
-        let both = if opened { 28 * float + 2 * maps } else { 0 };
+        let both = if opened { 24 * float + 2 * maps } else { 0 };
         both.max(fields * float + maps + 40)
     }
 

@@ -93,27 +93,24 @@ macro_rules! measures {
     };
 }
 
+/// Fields of a checkpoint of the published flow.
+const PUBLISHED: [&str; 5] = ["divergence", "mean", "square_z", "square_y", "square_x"];
+
 impl<T: Stored> Descent for Paper<T> {
     measures!();
     steps!();
 
     fn save(&self, state: &mut State) {
         state.put_u64("steps", &[self.steps()]);
-        for (name, fields) in ["a", "mean", "square"].iter().zip(self.state()) {
-            for (axis, field) in ["z", "y", "x"].iter().zip(fields) {
-                T::put(state, &format!("{name}_{axis}"), field);
-            }
+        for (name, field) in PUBLISHED.iter().zip(self.state()) {
+            T::put(state, name, field);
         }
     }
 
     fn restore(&mut self, state: &State) -> Result<()> {
         let length = self.energy().voxels();
-        let fields = |name: &str| -> Result<[Vec<T>; 3]> {
-            let field = |axis: &str| T::get(state, &format!("{name}_{axis}"), length);
-            Ok([field("z")?, field("y")?, field("x")?])
-        };
-        let fields = [fields("a")?, fields("mean")?, fields("square")?];
-        self.restore(fields, state.one_u64("steps")?);
+        let [d, m, z, y, x] = PUBLISHED.map(|name| T::get(state, name, length));
+        self.restore([d?, m?, z?, y?, x?], state.one_u64("steps")?);
         Ok(())
     }
 }

@@ -2,7 +2,8 @@
 
 use super::energy::Spatial;
 use pulp::{Arch, NullaryFnOnce};
-use solvers::blur::{Blur, BlurEdges, Planes};
+use rayon::prelude::*;
+use solvers::blur::{Blur, BlurEdges};
 use solvers::{Error, Float, Result};
 
 /// The map from A to u and its transpose, on a periodic box.
@@ -65,19 +66,37 @@ impl<T: Float> Potential<T> {
     /// # Panics
     /// If a slice has not one number per voxel.
     pub fn phase(&mut self, a: [&[T]; 3], between: &mut [T], u: &mut [T]) {
-        let n = self.shape.iter().product::<usize>();
-        assert!(a.iter().all(|a| a.len() == n), "one number per voxel");
-        let Self { shape, half, m0, blur } = self;
-        let divergence = Divergence { shape: *shape, half: *half, a, m0 };
-        blur.apply(&divergence, between, u);
+        self.divergence(a, u);
+        self.blur_in_place(u, between);
     }
 
-    /// `k * dF/du` in place of `dF/du`. `between` is overwritten.
+    /// `div A + m0`; components of A along z, y, x.
     ///
     /// # Panics
     /// If a slice has not one number per voxel.
-    pub fn blur_gradient(&mut self, gradient: &mut [T], between: &mut [T]) {
-        self.blur.transpose(gradient, between);
+    pub fn divergence(&self, a: [&[T]; 3], out: &mut [T]) {
+        let [nz, ny, nx] = self.shape;
+        assert!(a.iter().all(|a| a.len() == nz * ny * nx), "one number per voxel");
+        assert!(out.len() == nz * ny * nx, "one number per voxel");
+        out.par_chunks_mut(ny * nx).enumerate().for_each(|(k, out)| {
+            Arch::new().dispatch(Plane { potential: self, a, k, out });
+        });
+    }
+
+    /// `u = k * D`. `between` is overwritten.
+    ///
+    /// # Panics
+    /// If a slice has not one number per voxel.
+    pub(super) fn blur(&mut self, divergence: &[T], between: &mut [T], u: &mut [T]) {
+        self.blur.apply(divergence, between, u);
+    }
+
+    /// `k * dF/du` in place of `dF/du`: k is its own transpose. `between` is overwritten.
+    ///
+    /// # Panics
+    /// If a slice has not one number per voxel.
+    pub fn blur_in_place(&mut self, field: &mut [T], between: &mut [T]) {
+        self.blur.transpose(field, between);
     }
 
     /// `dG/dA = -grad(k * dF/du)` from `k * dF/du`.
@@ -101,36 +120,22 @@ impl<T: Float> Potential<T> {
     }
 }
 
-/// `div A + m0`, plane by plane.
-struct Divergence<'a, T> {
-    shape: [usize; 3],
-    half: T,
+/// A plane of `div A + m0`.
+struct Plane<'a, T> {
+    potential: &'a Potential<T>,
     a: [&'a [T]; 3],
-    m0: &'a Mass<T>,
-}
-
-impl<T: Float> Planes<T> for Divergence<'_, T> {
-    fn plane<'a>(&'a self, k: usize, buffer: &'a mut [T]) -> &'a [T] {
-        Arch::new().dispatch(Plane { divergence: self, k, out: buffer });
-        buffer
-    }
-}
-
-/// A plane of it.
-struct Plane<'a, 'b, T> {
-    divergence: &'a Divergence<'b, T>,
     k: usize,
     out: &'a mut [T],
 }
 
-impl<T: Float> NullaryFnOnce for Plane<'_, '_, T> {
+impl<T: Float> NullaryFnOnce for Plane<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { divergence: Divergence { shape: [nz, ny, nx], half, a, m0 }, k, out } = self;
+        let Self { potential: Potential { shape: [nz, ny, nx], half, m0, .. }, a, k, out } = self;
         let (nz, ny, nx) = (*nz, *ny, *nx);
-        let [az, ay, ax] = *a;
+        let [az, ay, ax] = a;
         for (j, out) in out.chunks_exact_mut(nx).enumerate() {
             let line = |k: usize, j: usize| (k * ny + j) * nx;
             let row = |k: usize, j: usize| line(k, j)..line(k, j) + nx;

@@ -1,7 +1,6 @@
 //! Gaussian blur of fields of three axes, by short sums along each.
 //!
-//! The first pass blurs each plane along x and y, the second along z; planes are made by
-//! their user, so that what is blurred need not be stored.
+//! The first pass blurs each plane along x and y, the second along z.
 
 mod axis;
 
@@ -31,22 +30,6 @@ pub enum BlurEdges {
     Replicate,
 }
 
-/// Gives planes to a blur.
-pub trait Planes<T>: Sync {
-    /// Plane `k`, row-major; made in `buffer`, of its size, if it is not stored.
-    fn plane<'a>(&'a self, k: usize, buffer: &'a mut [T]) -> &'a [T];
-}
-
-/// The planes of a stored field.
-#[derive(Clone, Copy, Debug)]
-pub struct Stored<'a, T>(pub &'a [T]);
-
-impl<T: Float> Planes<T> for Stored<'_, T> {
-    fn plane<'a>(&'a self, k: usize, buffer: &'a mut [T]) -> &'a [T] {
-        &self.0[k * buffer.len()..][..buffer.len()]
-    }
-}
-
 /// Separable Gaussian blur of standard deviation `sigma` voxels.
 ///
 /// Along each axis the weights are `exp(-j^2 / 2 sigma^2)` up to half the axis, over their
@@ -62,7 +45,6 @@ pub struct Blur<T> {
 
 #[derive(Clone, Debug)]
 struct Work<T> {
-    plane: Aligned<T>,
     /// A row with what stands beyond its ends, and up to a whole chunk.
     line: Aligned<T>,
     /// The plane blurred along x, with what stands beyond its first and last rows; rows of whole
@@ -87,12 +69,12 @@ impl<T: Float> Blur<T> {
         Ok(Self { shape, axes: shape.map(|n| Axis::new(n, sigma, edges)), work: Vec::new() })
     }
 
-    /// The blurred field into `out`; `between` is overwritten.
+    /// The blurred `field` into `out`; `between` is overwritten.
     ///
     /// # Panics
     /// If a slice has another length than the field.
-    pub fn apply(&mut self, planes: &impl Planes<T>, between: &mut [T], out: &mut [T]) {
-        self.inner::<false>(planes, between);
+    pub fn apply(&mut self, field: &[T], between: &mut [T], out: &mut [T]) {
+        self.inner::<false>(field, between);
         self.outer::<false>(between, out);
     }
 
@@ -101,7 +83,7 @@ impl<T: Float> Blur<T> {
     /// # Panics
     /// As [`Blur::apply`].
     pub fn transpose(&mut self, field: &mut [T], between: &mut [T]) {
-        self.inner::<true>(&Stored(&*field), between);
+        self.inner::<true>(field, between);
         self.outer::<true>(between, field);
     }
 
@@ -109,26 +91,25 @@ impl<T: Float> Blur<T> {
         planes_per_slab(self.shape[0], self.shape.iter().product())
     }
 
-    fn inner<const TRANSPOSED: bool>(&mut self, planes: &impl Planes<T>, between: &mut [T]) {
+    fn inner<const TRANSPOSED: bool>(&mut self, field: &[T], between: &mut [T]) {
         let [nz, ny, nx] = self.shape;
-        assert_eq!(between.len(), nz * ny * nx, "one number per voxel");
+        assert_eq!(field.len(), nz * ny * nx, "one number per voxel");
+        assert_eq!(between.len(), field.len(), "one number per voxel");
         let slab = self.slab();
         let zero = T::from_f64(0.0);
         let wide = nx.next_multiple_of(CHUNK);
         let line = wide + 2 * self.axes[2].radius();
         let rows = ny + 2 * self.axes[1].radius();
         self.work.resize_with(nz.div_ceil(slab), || Work {
-            plane: Aligned::new(ny * nx, zero),
             line: Aligned::new(line, zero),
             turned: Aligned::new(rows * wide, zero),
             blurred: Aligned::new(ny * wide, zero),
         });
         let axes = &self.axes;
-        let parts = between.par_chunks_mut(slab * ny * nx).zip(self.work.par_iter_mut());
-        parts.enumerate().for_each(|(index, (out, work))| {
-            let Work { plane, line, turned, blurred } = work;
-            for (k, out) in (index * slab..).zip(out.chunks_exact_mut(ny * nx)) {
-                let source = planes.plane(k, plane);
+        let parts = between.par_chunks_mut(slab * ny * nx).zip(field.par_chunks(slab * ny * nx));
+        parts.zip(self.work.par_iter_mut()).for_each(|((out, field), work)| {
+            let Work { line, turned, blurred } = work;
+            for (out, source) in out.chunks_exact_mut(ny * nx).zip(field.chunks_exact(ny * nx)) {
                 let transposed = TRANSPOSED;
                 T::blur_plane(Inner { axes, nx, transposed, source, line, turned, blurred, out });
             }

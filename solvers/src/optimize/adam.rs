@@ -77,33 +77,50 @@ impl<T: Float> Adam<T> {
         }
     }
 
+    /// The new mean gradient of a variable with gradient `g`.
+    #[inline(always)]
+    pub fn mean(&self, m: T, g: T) -> T {
+        self.beta1 * m + self.rest1 * g
+    }
+
+    /// Its new mean squared gradient.
+    #[inline(always)]
+    pub fn square(&self, v: T, g: T) -> T {
+        self.beta2 * v + self.rest2 * (g * g)
+    }
+
+    /// What the variable decreases by, given both.
+    #[inline(always)]
+    pub fn step(&self, m: T, v: T) -> T {
+        self.rate * m / (v.sqrt() * self.scale + self.epsilon)
+    }
+
     /// The new `(x, m, v)` of a variable with gradient `g`.
     #[inline(always)]
     pub fn next(&self, x: T, m: T, v: T, g: T) -> (T, T, T) {
-        let m = self.beta1 * m + self.rest1 * g;
-        let v = self.beta2 * v + self.rest2 * (g * g);
-        (x - self.rate * m / (v.sqrt() * self.scale + self.epsilon), m, v)
+        let (m, v) = (self.mean(m, g), self.square(v, g));
+        (x - self.step(m, v), m, v)
     }
 
-    /// Updates variables whose gradient is `factor (plus - minus)`; returns the sum of its
-    /// squares. All slices have one length.
+    /// Updates variables of a gradient; returns the sum of its squares. All slices have one
+    /// length.
     #[inline(always)]
-    pub fn update(&self, [x, m, v]: [&mut [T]; 3], [plus, minus]: [&[T]; 2], factor: T) -> f64 {
+    pub fn update(&self, [x, m, v]: [&mut [T]; 3], gradient: &[T]) -> f64 {
         let zero = T::from_f64(0.0);
         let n = x.len();
-        let (plus, minus) = (&plus[..n], &minus[..n]);
+        let gradient = &gradient[..n];
         let (x, m, v) = (&mut x[..n], &mut m[..n], &mut v[..n]);
         let mut squares = [zero; CHUNK];
         let whole = n / CHUNK * CHUNK;
         {
             let (x, m, v) = (x.as_chunks_mut().0, m.as_chunks_mut().0, v.as_chunks_mut().0);
-            let (plus, minus) = (plus.as_chunks().0, minus.as_chunks().0);
+            let gradient = gradient.as_chunks().0;
             for j in 0..n / CHUNK {
-                let (plus, minus): (&[T; CHUNK], &[T; CHUNK]) = (&plus[j], &minus[j]);
+                let gs: &[T; CHUNK] = &gradient[j];
                 let (mut xs, mut ms, mut vs): ([T; CHUNK], [T; CHUNK], [T; CHUNK]) =
                     (x[j], m[j], v[j]);
                 for i in 0..CHUNK {
-                    let g = factor * (plus[i] - minus[i]);
+                    let g = gs[i];
                     squares[i] = squares[i] + g * g;
                     (xs[i], ms[i], vs[i]) = self.next(xs[i], ms[i], vs[i], g);
                 }
@@ -111,7 +128,7 @@ impl<T: Float> Adam<T> {
             }
         }
         for i in whole..n {
-            let g = factor * (plus[i] - minus[i]);
+            let g = gradient[i];
             squares[i - whole] = squares[i - whole] + g * g;
             (x[i], m[i], v[i]) = self.next(x[i], m[i], v[i], g);
         }

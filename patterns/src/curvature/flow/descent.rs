@@ -5,7 +5,7 @@ use super::precondition::preconditioner;
 use crate::curvature::Mask;
 use crate::curvature::energy::{Edges, Energy, Scalar};
 use rayon::prelude::*;
-use solvers::blur::{Blur, BlurEdges, Stored};
+use solvers::blur::{Blur, BlurEdges};
 use solvers::optimize::{Lbfgs, LbfgsConfig};
 use solvers::spectral::{Multiplier, Transforms};
 use solvers::{Aligned, Error, Result, diffusion::explicit::Real, field};
@@ -173,7 +173,7 @@ impl<T: Scalar + Transforms> Descent<T> {
 impl<T: Scalar> Function<T> {
     fn phase(&mut self, v: &[T]) {
         match &mut self.blur {
-            Some(blur) => blur.apply(&Stored(v), &mut self.between, &mut self.u),
+            Some(blur) => blur.apply(v, &mut self.between, &mut self.u),
             None => self.u.copy_from_slice(v),
         }
         if let Some(mask) = &self.mask {

@@ -243,8 +243,6 @@ impl<T: Scalar> NullaryFnOnce for Update<'_, T> {
 
     #[inline(always)]
     fn call(self) -> f64 {
-        let none = [T::from_f64(0.0); PART];
-        let n = self.gradient.len();
-        self.adam.update(self.state, [self.gradient, &none[..n]], T::from_f64(1.0))
+        self.adam.update(self.state, self.gradient)
     }
 }

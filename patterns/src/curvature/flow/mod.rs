@@ -7,6 +7,7 @@ mod descent;
 mod fast;
 mod opened;
 mod paper;
+mod paper_step;
 mod precondition;
 
 pub use descent::{Descent, DescentConfig};

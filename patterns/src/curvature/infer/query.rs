@@ -5,7 +5,7 @@ use super::cuts::inner;
 use crate::curvature::energy::{Edges, Energy, EnergyConfig};
 use crate::curvature::{Coefficients, Diagram, view};
 use crate::{Context, Error, Result};
-use solvers::blur::{Blur, BlurEdges, Stored};
+use solvers::blur::{Blur, BlurEdges};
 use solvers::isosurface::{self, Caps};
 use solvers::mesh::TriangleMesh;
 use solvers::{Boundary, Field, Grid, level_set, transport::PointCloud};
@@ -200,7 +200,7 @@ fn same_volume(blurred: &Field, inside: usize) -> f64 {
 fn blurred(given: &Field, sigma: f64) -> Result<Field> {
     let mut blur = Blur::<f64>::new(given.grid().shape(), sigma, BlurEdges::Replicate)?;
     let (mut between, mut out) = (given.as_slice().to_vec(), given.as_slice().to_vec());
-    blur.apply(&Stored(given.as_slice()), &mut between, &mut out);
+    blur.apply(given.as_slice(), &mut between, &mut out);
     Ok(Field::from_vec(given.grid(), out)?)
 }
 
