@@ -112,7 +112,7 @@ const TURN: usize = 10;
 /// Median and least wall times of several calls in each pool, in turns of [`TURN`], each with a
 /// state of its own, mean processor times, and the ratios of the walls.
 fn report<F: FnMut() + Send>(part: &str, n: usize, pools: &[ThreadPool; 2], mut calls: [F; 2]) {
-    let turns = (10_000_000 / (n * n * n)).max(1);
+    let turns = (10_000_000 / (n * n * n)).max(3);
     let count = turns * TURN;
     let (mut walls, mut busy) = ([Vec::new(), Vec::new()], [0.0; 2]);
     for (pool, call) in pools.iter().zip(&mut calls) {

@@ -3,6 +3,7 @@
 import argparse
 import os
 import pathlib
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -93,7 +94,7 @@ def main():
     parser.add_argument("--venv", help="folder of the virtual environment")
     parser.add_argument("--size", type=int, default=100)
     parser.add_argument("--steps", type=int, default=8, help="of a turn of PyTorch's")
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--rounds", type=int, default=3, help="turns of each, at least 1")
     parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
     args = parser.parse_args()
     if not args.inside:
@@ -106,7 +107,7 @@ def main():
         sys.exit(subprocess.call([python, __file__, "--inside", *sys.argv[1:]]))
     print("round  threads  PyTorch s/step  ours s/step  ratio", flush=True)
     ratios = {1: [], 2: []}
-    for turn in range(args.rounds):
+    for turn in range(max(args.rounds, 1)):
         mine = ours() if args.size == 100 else {}
         for threads in ratios:
             theirs = step_seconds(args.size, threads, args.steps)
@@ -115,7 +116,7 @@ def main():
             row = f"{turn:5}  {threads:7}  {theirs:14.3f}  {own:11.4f}  {theirs / own:5.1f}"
             print(row, flush=True)
     for threads, all_ratios in ratios.items():
-        print(f"median on {threads}: {sorted(all_ratios)[len(all_ratios) // 2]:.1f}")
+        print(f"median on {threads}: {statistics.median(all_ratios):.1f}")
 
 
 if __name__ == "__main__":

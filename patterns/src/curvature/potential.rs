@@ -91,7 +91,8 @@ impl<T: Float> Potential<T> {
         self.blur.apply(divergence, between, u);
     }
 
-    /// `k * dF/du` in place of `dF/du`: k is its own transpose. `between` is overwritten.
+    /// `k * field` in place of `field`; k is its own transpose, so that this is for gradients with
+    /// respect to u too. `between` is overwritten.
     ///
     /// # Panics
     /// If a slice has not one number per voxel.

@@ -72,7 +72,7 @@ impl<T: Float> Blur<T> {
     /// The blurred `field` into `out`; `between` is overwritten.
     ///
     /// # Panics
-    /// If a slice has another length than the field.
+    /// If a slice has not one number per voxel.
     pub fn apply(&mut self, field: &[T], between: &mut [T], out: &mut [T]) {
         self.inner::<false>(field, between);
         self.outer::<false>(between, out);

@@ -83,13 +83,13 @@ impl<T: Float> Adam<T> {
         self.beta1 * m + self.rest1 * g
     }
 
-    /// Its new mean squared gradient.
+    /// The new mean squared gradient of a variable with gradient `g`.
     #[inline(always)]
     pub fn square(&self, v: T, g: T) -> T {
         self.beta2 * v + self.rest2 * (g * g)
     }
 
-    /// What the variable decreases by, given both.
+    /// What a variable decreases by, given its new mean gradient and mean squared gradient.
     #[inline(always)]
     pub fn step(&self, m: T, v: T) -> T {
         self.rate * m / (v.sqrt() * self.scale + self.epsilon)

@@ -40,10 +40,6 @@ enum Target {
     Aside(usize),
 }
 
-/// Of a plane's targets (itself, the one above, the one below) the one that has had
-/// contributions before.
-const BELOW: usize = 2;
-
 /// Numbers in [`Work::aside`] of contributions to the planes before and behind the slab.
 const BEFORE: usize = 3;
 const BEHIND: usize = 4;
@@ -230,16 +226,18 @@ impl<T: Float> Job<'_, T> {
             }
             self.gather(gathered, work);
             let row = gathered.clamp(0, ny as isize - 1) as usize * nx;
-            for (n, (target, part)) in targets.iter().zip(&work.parts).enumerate() {
-                let sums = match *target {
-                    Target::Gradient(first) => &mut gradient[first + row..][..nx],
-                    Target::Aside(n) => &mut work.aside[n][row..][..nx],
+            for (place, (target, part)) in targets.iter().zip(&work.parts).enumerate() {
+                let (sums, added) = match *target {
+                    Target::Gradient(first) => {
+                        (&mut gradient[first + row..][..nx], !periodic || place > 0)
+                    }
+                    Target::Aside(n) => (&mut work.aside[n][row..][..nx], !periodic),
                 };
                 let part = &part[PAD..][..nx];
-                if periodic && n < BELOW {
-                    sums.copy_from_slice(part);
-                } else {
+                if added {
                     add(sums, part);
+                } else {
+                    sums.copy_from_slice(part);
                 }
             }
         }

@@ -21,7 +21,7 @@ impl Default for PaperConfig {
     }
 }
 
-/// Adam on A, with `u = k * (div A + m0)`: the mean of u is that of m0. Song 2021, algorithm 1.
+/// Adam on A, with `u = k * (div A + m0)`: the mean of u is that of m0, to rounding. Song 2021, algorithm 1.
 #[derive(Clone, Debug)]
 pub struct Paper<T> {
     config: PaperConfig,
@@ -135,8 +135,8 @@ impl<T: Scalar> Paper<T> {
         self.steps
     }
 
-    /// div A + m0, the field of which the mean gradient is the gradient, and the mean squared
-    /// gradient along z, y, x: with [`Paper::steps`] all that a checkpoint needs.
+    /// div A + m0, the running mean of k * dF/du, of which the mean gradient is minus the gradient,
+    /// and the mean squared gradient along z, y, x: with [`Paper::steps`] all that a checkpoint needs.
     pub fn state(&self) -> &[Aligned<T>; 5] {
         &self.variables.fields
     }

@@ -1,8 +1,8 @@
 //! Adam's step on A, of which only the divergence is kept.
 //!
-//! u depends on A through D = div A + m0 alone, and dG/dA is the gradient of a scalar field b,
-//! whose running mean M has Adam's mean gradient as its own gradient. So D, M and the mean squared
-//! gradient, five numbers at a voxel, do for A and its two means, which are nine.
+//! u depends on A through D = div A + m0 alone, and dG/dA is minus the gradient of b = k * dF/du.
+//! Adam's mean of it is then minus the gradient of M, the running mean of b. So D, M and the mean
+//! squared gradient, five numbers at a voxel, do for A and its two means, which are nine.
 
 use crate::curvature::energy::Scalar;
 use pulp::{Arch, NullaryFnOnce};
@@ -49,7 +49,7 @@ impl<T: Scalar> Variables<T> {
         Self { shape, factor, fields, norms: vec![0.0; shape[0]], works: Vec::new() }
     }
 
-    /// A step down the gradient of `-blurred`; returns that gradient's norm.
+    /// A step, given b; returns the norm of the gradient with respect to A.
     pub(super) fn step(&mut self, adam: Adam<T>, blurred: &[T]) -> f64 {
         let [nz, ny, nx] = self.shape;
         let planes = planes_per_slab(nz, blurred.len());
@@ -88,7 +88,7 @@ impl<T: Scalar> Variables<T> {
         for (index, work) in self.works.iter_mut().enumerate() {
             let first = index * planes;
             let behind = (first + planes).min(nz);
-            // Planes are numbered around the box, which may have fewer than two.
+            // Numbered around the box: before the first planes are its last.
             let plane = |k: usize| k % nz * size..k % nz * size + size;
             let (before, last) = (first + 2 * nz - 2, first + nz - 1);
             for (out, k) in work.means.iter_mut().zip([before, last, behind, behind + 1]) {
@@ -117,8 +117,8 @@ impl<T: Scalar> NullaryFnOnce for Slab<'_, T> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { shape: [nz, ny, nx], kernel, blurred, first, fields, norms, work } = self;
-        let [d, m, vz, vy, vx] = fields;
+        let Self { shape: [nz, ny, nx], kernel, blurred, first, norms, work, .. } = self;
+        let [d, m, vz, vy, vx] = self.fields;
         let Work { means, squares, steps, rows } = work;
         let [steps_z @ .., steps_y] = steps;
         let (size, count) = (ny * nx, norms.len());
@@ -150,11 +150,8 @@ impl<T: Scalar> NullaryFnOnce for Slab<'_, T> {
                 norms[k - 2] = norm + kernel.along_x(nx, near, (steps_y, rows), squares, d);
             }
             if k > 2 {
-                let (above, below) = (&steps_z[k % 3][..size], &steps_z[(k - 2) % 3][..size]);
-                let d = &mut d[(k - 3) * size..][..size];
-                for i in 0..size {
-                    d[i] = d[i] + kernel.factor * (above[i] - below[i]);
-                }
+                let near = [&steps_z[k % 3][..], &steps_z[(k - 2) % 3]];
+                kernel.move_along_z(near, &mut d[(k - 3) * size..][..size]);
             }
         }
     }
@@ -230,6 +227,16 @@ impl<T: Scalar> Kernel<T> {
             step[i] = self.adam.step(self.factor * (mp[i] - mm[i]), square[i]);
         }
         (square, step)
+    }
+
+    /// What the steps along z change of a plane of D, given those above and below.
+    #[inline(always)]
+    fn move_along_z(&self, [above, below]: [&[T]; 2], d: &mut [T]) {
+        let n = d.len();
+        let (above, below) = (&above[..n], &below[..n]);
+        for i in 0..n {
+            d[i] = d[i] + self.factor * (above[i] - below[i]);
+        }
     }
 
     /// Those along y of a plane.
