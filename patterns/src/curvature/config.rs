@@ -318,14 +318,19 @@ impl Config {
     pub(super) fn bytes_per_voxel(&self) -> usize {
         let float = if self.precision == Precision::F64 { 8 } else { 4 };
         let opened = self.flow == Flow::Fast && self.start == Start::Noise;
-        let fields = match self.flow {
-            Flow::Fast | Flow::Paper => 8,
-            Flow::L2 | Flow::L2Mass => 28,
+        let (fields, saved) = match self.flow {
+            Flow::Fast => (10, 0),
+            // A checkpoint beside it: its fields, twice, and a file of one of them.
+            Flow::Paper => (8, 8 + 5 + 5 + 1),
+            Flow::L2 | Flow::L2Mass => (28, 0),
         };
         let maps = if self.along.is_some() { 7 * (8 + float) } else { 0 };
         // Both flows are there when the opening ends, with their transforms, and no surface.
-        let both = if opened { 24 * float + 2 * maps } else { 0 };
-        both.max(fields * float + maps + 40)
+        let both = if opened { 23 * float + 2 * maps } else { 0 };
+        // Tubes of 256^3 after 80 evaluations: 1.74 GiB, of which 72 bytes a voxel are not the
+        // flow's.
+        let surface = 72;
+        both.max(saved * float + maps).max(fields * float + maps + surface)
     }
 
     /// A box must hold the transition of a surface and of its neighbour.

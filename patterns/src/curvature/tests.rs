@@ -73,7 +73,7 @@ fn every_flow_resumes_to_the_same_bytes() {
 fn too_long_a_rate_is_halved_until_the_energy_falls() {
     let cases = [
         ("opening = 0", 0, 2.0),
-        ("opening = 10", 10, 1.25),
+        ("opening = 10", 10, 1.5),
         ("opening = 0\nprecision = 'f64'", 0, 2.0),
     ];
     // What the halvings take of 150 evaluations is missed at the end.

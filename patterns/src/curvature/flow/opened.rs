@@ -28,8 +28,9 @@ const RATE: f64 = 0.5;
 /// undo the opening, and their gradients hold the flow back for as long as Adam remembers them.
 const WARMUP: (u64, u64) = (100, 4);
 
-/// After an opening and with a rate that rises slowly, the energy falls from the first step.
-const RISE: f64 = 1.25;
+/// With a rate that rises slowly the energy falls from the first step after a short opening, and
+/// rises to 1.3 times itself, and falls again, after one that left little to fall.
+const RISE: f64 = 1.5;
 
 impl OpenedConfig {
     /// Constants for a run of `evaluations`, as many in the opening as given, or the usual.
