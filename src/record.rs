@@ -2,10 +2,7 @@
 
 use crate::output::animation::Animation;
 use anyhow::Result;
-use patterns::{Artifact, Axis, Mark, Plot, Run, Series, State};
-
-/// Rows of the log and frames of the animation that a run aims at.
-const OBSERVATIONS: u64 = 400;
+use patterns::{Artifact, Axis, Mark, Plot, Run, Series, State, observation_interval};
 
 /// Keeps the log and the animation of a run, through checkpoints too.
 pub struct Recorder {
@@ -26,7 +23,7 @@ impl Recorder {
     /// For a run of about `iterations` steps and an animation of about `frames` frames.
     pub fn new(iterations: u64, frames: u64) -> Self {
         Self {
-            every: iterations.div_ceil(OBSERVATIONS).max(1),
+            every: observation_interval(iterations),
             frame_every: iterations.div_ceil(frames.max(1)).max(1),
             columns: Vec::new(),
             iterations: Vec::new(),
@@ -81,20 +78,20 @@ impl Recorder {
         }
         let mut artifacts = vec![Artifact::Table { name: "log".into(), columns }];
         for (c, (name, unit)) in self.columns.iter().enumerate() {
-            // What is not known before the first step is NaN there.
+            // What is not known before the first step, or between two looks, is NaN there.
             let points = self.iterations.iter().copied().zip(self.column(c));
-            let points = points.filter(|(_, value)| value.is_finite());
+            let points = points.filter(|(_, value)| value.is_finite()).map(|(x, y)| [x, y]);
+            let points: Vec<[f64; 2]> = points.collect();
+            if points.is_empty() {
+                continue;
+            }
             let label = if *unit == "1" { name.clone() } else { format!("{name} ({unit})") };
             artifacts.push(Artifact::Plot(Plot {
                 name: format!("log-{}", name.replace('_', "-")),
                 title: format!("{} against iteration", name.replace('_', " ")),
                 x: Axis::linear("iteration"),
                 y: Axis::linear(&label.replace('_', " ")),
-                series: vec![Series {
-                    label: name.replace('_', " "),
-                    points: points.map(|(x, y)| [x, y]).collect(),
-                    mark: Mark::Line,
-                }],
+                series: vec![Series { label: name.replace('_', " "), points, mark: Mark::Line }],
             }));
         }
         artifacts

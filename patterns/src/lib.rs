@@ -24,7 +24,7 @@ pub use artifact::{
     SurfaceValues,
 };
 pub use error::{Error, Result};
-pub use model::{Context, Inputs, Model, NoInputs, Preset, Run, Status};
+pub use model::{Context, Inputs, Model, NoInputs, Preset, Run, Status, observation_interval};
 pub use state::{State, Values};
 
 /// Every model, in the order shown by `patterns list`.

@@ -75,6 +75,15 @@ impl Inputs for NoInputs {
     }
 }
 
+/// Observations that are made of a whole run, about.
+const OBSERVATIONS: u64 = 400;
+
+/// Steps between two observations of a run of about `iterations` steps: whoever runs it calls
+/// [`Run::observe`] at the multiples, and at the end.
+pub fn observation_interval(iterations: u64) -> u64 {
+    iterations.div_ceil(OBSERVATIONS).max(1)
+}
+
 /// A run in progress. The caller owns the loop, the clock and the disk.
 pub trait Run {
     /// Does one unit of work (a time step, an iteration, a generation).

@@ -237,6 +237,11 @@ fn the_rate_rises_and_falls_as_it_is_told() {
         assert_eq!((config.opening, config.fast.warmup), (opening, warmup));
         assert_eq!(config.fast.decay, Some(evaluations - opening));
     }
+    // In half of what is left where that is less than the opening.
+    for (evaluations, opening, warmup) in [(1950, 1700, 100), (1730, 1600, 65), (40, 20, 5)] {
+        let config = OpenedConfig::new(evaluations, Some(opening));
+        assert_eq!(config.fast.warmup, warmup);
+    }
 }
 
 /// Slabs of several planes and of one, each kind of edge, the same coefficients everywhere or not.

@@ -5,6 +5,7 @@ use super::descent::{Descent, Stored};
 use super::energy::Energy;
 use super::flow::{self, DescentConfig, Fast, Opened, Paper, PaperConfig, StepInfo};
 use super::{Mask, Potential, presets, start, view, written};
+use crate::observation_interval;
 use crate::{Artifact, Context, Error, Image, Metric, Result, Run, State, Status, Surface};
 use solvers::{
     Field, Grid,
@@ -21,8 +22,11 @@ const VESSELS: [f64; 6] = [1.0, 2.0, 6.0, -40.0, -40.0, 400.0];
 /// `epsilon |grad u|^2` in the profile tanh(d / (sqrt 2 epsilon)).
 const SIGMA: f64 = 0.942_809_041_582_063_4;
 
-/// Looks at discrepancy, genus and the like in a whole run.
+/// Looks at what costs more than a step in a whole run, about.
 const LOOKS: u64 = 12;
+
+/// What is looked at.
+const LOOKED: [&str; 4] = ["normalized_discrepancy", "mass", "genus", "components"];
 
 /// Evaluations over which the change of the energy is compared with the tolerance.
 const PATIENCE: usize = 50;
@@ -34,8 +38,10 @@ struct Texture {
     flow: Box<dyn Descent>,
     /// Energy and norm of the gradient of each evaluation.
     history: Vec<[f64; 2]>,
+    /// Whether there are no more steps to make.
+    ended: bool,
     notes: Vec<String>,
-    /// Evaluation and value of the last look at what costs more than a step.
+    /// Number and values of the last look at what costs more than a step.
     looked: RefCell<Option<(usize, Vec<Metric>)>>,
 }
 
@@ -61,6 +67,7 @@ pub(super) fn begin(table: &toml::Table, context: &Context<'_>) -> Result<Box<dy
         flow,
         history: Vec::new(),
         notes: notes.collect(),
+        ended: false,
         looked: RefCell::new(None),
     }))
 }
@@ -176,39 +183,36 @@ impl Texture {
         self.history.last().copied().unwrap_or([f64::NAN; 2])
     }
 
-    /// What costs more than a step: known every so often, NaN between.
+    /// What costs more than a step: known at the end and at some observations, NaN at the others.
     fn looks(&self) -> Vec<Metric> {
-        let n = self.history.len();
-        let every = self.config.evaluations.div_ceil(LOOKS).max(1) as usize;
+        let (n, all) = (self.iterations(), self.config.evaluations);
+        let every = all.div_ceil(LOOKS).next_multiple_of(observation_interval(all));
         // The surface of the noise at the start is large and means nothing.
-        let due = n > 0 && n.is_multiple_of(every);
-        if !due {
-            let names = [("normalized_discrepancy", "1"), ("genus", "1"), ("components", "1")];
-            return names.map(|(name, unit)| Metric::new(name, f64::NAN, unit)).to_vec();
+        if self.ended || (n > 0 && n.is_multiple_of(every)) {
+            return self.look();
         }
+        LOOKED.map(|name| Metric::new(name, f64::NAN, "1")).to_vec()
+    }
+
+    /// Measures the current state, once.
+    fn look(&self) -> Vec<Metric> {
+        let n = self.history.len();
         let mut looked = self.looked.borrow_mut();
         match &*looked {
             Some((at, metrics)) if *at == n => metrics.clone(),
-            _ => {
-                let metrics = self.look();
-                *looked = Some((n, metrics.clone()));
-                metrics
-            }
+            _ => looked.insert((n, self.measure())).1.clone(),
         }
     }
 
-    fn look(&self) -> Vec<Metric> {
+    fn measure(&self) -> Vec<Metric> {
         let mesh = if self.config.boundary == Boundary::Periodic {
             self.surface(false).mesh.on_torus(self.size())
         } else {
             self.surface(true).mesh
         };
         let genus = mesh.genus().map_or(f64::NAN, |genus| genus as f64);
-        vec![
-            Metric::new("normalized_discrepancy", self.flow.discrepancy(), "1"),
-            Metric::new("genus", genus, "1"),
-            Metric::new("components", mesh.components() as f64, "1"),
-        ]
+        let values = [self.flow.discrepancy(), self.mass(), genus, mesh.components() as f64];
+        LOOKED.iter().zip(values).map(|(name, value)| Metric::new(name, value, "1")).collect()
     }
 
     fn mass(&self) -> f64 {
@@ -222,13 +226,11 @@ impl Run for Texture {
         let (StepInfo { energy, gradient_norm, .. }, stuck) = self.flow.step()?;
         self.history.push([energy, gradient_norm]);
         let n = self.history.len();
-        if stuck || self.flow.evaluations() >= self.config.evaluations {
-            return Ok(Status::Done);
-        }
         let before = n.checked_sub(PATIENCE).map(|before| self.history[before][0]);
         let still = before
             .is_some_and(|before| (before - energy).abs() < self.config.tolerance * before.abs());
-        Ok(if still { Status::Done } else { Status::Running })
+        self.ended = stuck || still || self.flow.evaluations() >= self.config.evaluations;
+        Ok(if self.ended { Status::Done } else { Status::Running })
     }
 
     fn iterations(&self) -> u64 {
@@ -249,7 +251,6 @@ impl Run for Texture {
             Metric::new("energy", energy, "1"),
             Metric::new("surface_energy", energy / SIGMA, "1"),
             Metric::new("gradient_norm", gradient, "1"),
-            Metric::new("mass", self.mass(), "1"),
             Metric::new("area", self.surface(false).mesh.area(), "length^2"),
             Metric::new("volume", self.surface(true).mesh.volume(), "length^3"),
             Metric::new("evaluations", self.flow.evaluations() as f64, "1"),

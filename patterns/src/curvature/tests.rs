@@ -69,11 +69,34 @@ fn every_flow_resumes_to_the_same_bytes() {
     }
 }
 
+/// What costs more than a step is measured where a runner observes, a dozen times and at the end.
+#[test]
+fn looks_fall_on_observations() {
+    // Observed at every step, at every third one, and with a remainder at the end.
+    for evaluations in [60, 850, 1201] {
+        let settings = format!("size = [12, 16, 20]\nmass = -0.5\nevaluations = {evaluations}");
+        let mut run = start(&settings).unwrap();
+        let every = crate::observation_interval(evaluations);
+        let mut looks = 0;
+        while run.step().unwrap() == Status::Running {
+            if run.iterations().is_multiple_of(every) {
+                let metrics = run.observe();
+                let value = |name: &str| metrics.iter().find(|m| m.name == name).unwrap().value;
+                let known = value("components").is_finite();
+                assert!(!known || (value("mass") + 0.5).abs() < 1e-6, "{metrics:?}");
+                looks += usize::from(known);
+            }
+        }
+        assert!((10..=12).contains(&looks), "{evaluations}: {looks}");
+        assert!(run.observe().iter().all(|metric| metric.value.is_finite()));
+    }
+}
+
 #[test]
 fn too_long_a_rate_is_halved_until_the_energy_falls() {
     let cases = [
         ("opening = 0", 0, 2.0),
-        ("opening = 10", 10, 1.5),
+        ("opening = 10", 10, 1.25),
         ("opening = 0\nprecision = 'f64'", 0, 2.0),
     ];
     // What the halvings take of 150 evaluations is missed at the end.

@@ -21,7 +21,8 @@ impl Default for PaperConfig {
     }
 }
 
-/// Adam on A, with `u = k * (div A + m0)`: the mean of u is that of m0, to rounding. Song 2021, algorithm 1.
+/// Adam on A, with `u = k * (div A + m0)`: the mean of u is that of m0, to rounding. Song 2021,
+/// algorithm 1.
 #[derive(Clone, Debug)]
 pub struct Paper<T> {
     config: PaperConfig,
@@ -136,7 +137,8 @@ impl<T: Scalar> Paper<T> {
     }
 
     /// div A + m0, the running mean of k * dF/du, of which the mean gradient is minus the gradient,
-    /// and the mean squared gradient along z, y, x: with [`Paper::steps`] all that a checkpoint needs.
+    /// and the mean squared gradient along z, y, x: with [`Paper::steps`] all that a checkpoint
+    /// needs.
     pub fn state(&self) -> &[Aligned<T>; 5] {
         &self.variables.fields
     }
@@ -148,7 +150,9 @@ impl<T: Scalar> Paper<T> {
     pub fn restore(&mut self, state: [Vec<T>; 5], steps: u64) {
         let n = self.energy.voxels();
         assert!(state.iter().all(|values| values.len() == n), "one number per voxel");
-        self.variables.fields = state.map(|values| Aligned::from(&values[..]));
+        for (field, values) in self.variables.fields.iter_mut().zip(state) {
+            field.copy_from_slice(&values);
+        }
         self.steps = steps;
         self.compute_phase();
     }

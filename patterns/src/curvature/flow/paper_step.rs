@@ -43,8 +43,7 @@ impl<T: Scalar> Variables<T> {
     /// At rest at the divergence D.
     pub(super) fn new(shape: [usize; 3], factor: T, divergence: Aligned<T>) -> Self {
         let zeros = || Aligned::new(divergence.len(), T::from_f64(0.0));
-        let rest = [zeros(), zeros(), zeros(), zeros()];
-        let [mean, z, y, x] = rest;
+        let [mean, z, y, x] = [zeros(), zeros(), zeros(), zeros()];
         let fields = [divergence, mean, z, y, x];
         Self { shape, factor, fields, norms: vec![0.0; shape[0]], works: Vec::new() }
     }
@@ -85,7 +84,7 @@ impl<T: Scalar> Variables<T> {
             self.works = (0..slabs).map(work).collect();
         }
         let [_, mean, square, ..] = &self.fields;
-        for (index, work) in self.works.iter_mut().enumerate() {
+        self.works.par_iter_mut().enumerate().for_each(|(index, work)| {
             let first = index * planes;
             let behind = (first + planes).min(nz);
             // Numbered around the box: before the first planes are its last.
@@ -97,7 +96,7 @@ impl<T: Scalar> Variables<T> {
             for (out, k) in work.squares.iter_mut().zip([last, behind]) {
                 out.copy_from_slice(&square[plane(k)]);
             }
-        }
+        });
     }
 }
 
