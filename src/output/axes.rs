@@ -19,6 +19,22 @@ pub(crate) fn data_range(values: impl Iterator<Item = f64>, log: bool) -> [f64; 
     }
 }
 
+/// Part of a number below which differences are roundings to a reader.
+const LEVEL: f64 = 1e-6;
+
+/// A range of numbers with a little more on either side. What is one number to six digits becomes
+/// a level line: labels that tell its roundings apart would have no room.
+pub(crate) fn with_margin([low, high]: [f64; 2]) -> [f64; 2] {
+    let middle = 0.5 * (low + high);
+    if high - low < LEVEL * middle.abs() {
+        let margin = 10.0 * LEVEL * middle.abs();
+        return [middle - margin, middle + margin];
+    }
+    let margin = 0.04 * (high - low);
+    // Quantities that cannot be negative keep their zero at the edge.
+    [if low == 0.0 { 0.0 } else { low - margin }, high + margin]
+}
+
 /// Whether a range can be an axis.
 pub(crate) fn is_range([low, high]: [f64; 2], log: bool) -> bool {
     low < high && low.abs() < 1e300 && high.abs() < 1e300 && (!log || low > 0.0)
@@ -78,13 +94,14 @@ fn label_all(values: &[f64], step: f64) -> Vec<String> {
         let digits = (greatest.log10().floor() - step.log10().floor()).max(0.0) as usize;
         return values.iter().map(|&v| scientific(v, digits)).collect();
     }
-    // A step of 2.5e-7 on values near 1 would need more digits than fit: seven at most.
-    values.iter().map(|&v| minus(format!("{:.*}", decimals.min(7), v + 0.0))).collect()
+    // A step of 5e-13 on values near 1 would need more digits than fit. Ten are what `LEVEL`
+    // needs of the least numbers that come here.
+    values.iter().map(|&v| minus(format!("{:.*}", decimals.min(10), v + 0.0))).collect()
 }
 
 /// `1.5e-7`, `0`.
 fn scientific(v: f64, digits: usize) -> String {
-    if v == 0.0 { "0".into() } else { minus(format!("{v:.*e}", digits.min(6))) }
+    if v == 0.0 { "0".into() } else { minus(format!("{v:.*e}", digits.min(7))) }
 }
 
 /// -0.0 without its sign, and the hyphen as a minus sign.
@@ -120,6 +137,28 @@ mod tests {
         );
         assert_eq!(labels(&log_ticks([0.5, 2000.0], 6)), ["1", "10", "100", "1000"]);
         assert_eq!(labels(&log_ticks([2.0, 7.0], 6)), ["2", "5"]);
+    }
+
+    #[test]
+    fn labels_differ_on_ranges_with_margins() {
+        for middle in [1.1e-3, 0.01, -0.6, 1.0, 203.3061, 9e5, 1e7] {
+            for part in [1e-9, 0.9e-6, 1.1e-6, 1e-4, 0.1] {
+                let half = 0.5 * part * f64::abs(middle);
+                let range = with_margin([middle - half, middle + half]);
+                let ticks = ticks(range, 6);
+                let mut names = labels(&ticks);
+                names.dedup();
+                assert!(
+                    names.len() == ticks.len() && names.len() > 2,
+                    "{middle} {part}: {names:?}"
+                );
+            }
+        }
+        assert_eq!(with_margin([0.0, 1.0]), [0.0, 1.04]);
+        // A mass that is kept is a level line.
+        let kept = ticks(with_margin([-0.600_000_35, -0.600_000_12]), 4);
+        let names = ["\u{2212}0.600005", "\u{2212}0.600000", "\u{2212}0.599995"];
+        assert_eq!(labels(&kept), names);
     }
 
     #[test]

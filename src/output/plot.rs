@@ -95,9 +95,7 @@ impl Scale {
             let margin = (high / low).powf(0.04);
             return [low / margin, high * margin];
         }
-        let margin = 0.04 * (high - low);
-        // Quantities that cannot be negative keep their zero at the edge.
-        [if low == 0.0 { 0.0 } else { low - margin }, high + margin]
+        axes::with_margin([low, high])
     }
 
     /// Pixel of a value; NaN where the axis has no place for it.
