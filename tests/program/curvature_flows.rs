@@ -238,7 +238,7 @@ fn the_rate_rises_and_falls_as_it_is_told() {
         assert_eq!(config.fast.decay, Some(evaluations - opening));
     }
     // In half of what is left where that is less than the opening.
-    for (evaluations, opening, warmup) in [(1950, 1700, 100), (1730, 1600, 65), (40, 20, 5)] {
+    for (evaluations, opening, warmup) in [(1920, 1700, 100), (1730, 1600, 65), (40, 20, 5)] {
         let config = OpenedConfig::new(evaluations, Some(opening));
         assert_eq!(config.fast.warmup, warmup);
     }
