@@ -12,6 +12,7 @@ mod level_set;
 mod list;
 mod rd;
 mod reconstruct;
+mod refusal;
 mod render;
 mod run;
 mod run_args;
@@ -82,9 +83,10 @@ fn negative_numbers(command: clap::Command) -> clap::Command {
 
 /// Runs the program; the exit code is 0 for done, 1 for not converged, 2 for an error.
 pub fn main() -> ExitCode {
-    let cli = match Cli::from_arg_matches(&command().get_matches()) {
+    let matches = command().try_get_matches();
+    let cli = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
-        Err(error) => error.exit(),
+        Err(error) => refusal::explained(error).exit(),
     };
     // A second Ctrl-C stops at once; without a handler every Ctrl-C does.
     let _ = ctrlc::set_handler(|| {

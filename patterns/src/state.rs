@@ -125,5 +125,6 @@ fn mismatch(name: &str, wanted: &str, found: Option<&Values>) -> Error {
         Some(Values::U64(v)) => format!("{} counters", v.len()),
         Some(Values::U8(v)) => format!("{} bytes", v.len()),
     };
-    Error::Checkpoint(format!("`{name}` should hold {wanted} and holds {found}"))
+    let told = format!("`{name}` should hold {wanted} and holds {found}");
+    Error::Checkpoint(format!("{told}; an older or newer version may have written it"))
 }
