@@ -327,9 +327,9 @@ impl Config {
         let maps = if self.along.is_some() { 7 * (8 + float) } else { 0 };
         // Both flows are there when the opening ends, with their transforms, and no surface.
         let both = if opened { 23 * float + 2 * maps } else { 0 };
-        // Tubes of 256^3 after 80 evaluations: 1.74 GiB, of which 72 bytes a voxel are not the
-        // flow's.
-        let surface = 72;
+        // What is not the flow's grows with the area of the surface, which is not known before:
+        // of 256^3 voxels 70 bytes each for tubes, 129 for sponges, the preset of the most area.
+        let surface = 132;
         both.max(saved * float + maps).max(fields * float + maps + surface)
     }
 
