@@ -14,6 +14,9 @@ use std::io::Write;
 const BYTE: u64 = 5121;
 const UINT: u64 = 5125;
 const FLOAT: u64 = 5126;
+/// Targets of views: `ARRAY_BUFFER`, `ELEMENT_ARRAY_BUFFER`.
+const CORNERS: u64 = 34962;
+const INDICES: u64 = 34963;
 /// Kinds of chunks.
 const JSON: u32 = u32::from_le_bytes(*b"JSON");
 const BIN: u32 = u32::from_le_bytes(*b"BIN\0");
@@ -25,119 +28,124 @@ const BIN: u32 = u32::from_le_bytes(*b"BIN\0");
 /// have 4 GiB or more, or `out` fails.
 pub fn write(mesh: &TriangleMesh, colors: &[Rgb], out: &mut impl Write) -> Result<()> {
     let count = mesh.vertices.len();
-    ensure!(mesh.vertices.iter().flatten().all(|c| c.is_finite()), "a vertex is not finite");
+    let fits = |c: &f64| (*c as f32).is_finite();
+    ensure!(mesh.vertices.iter().flatten().all(fits), "a vertex is not finite in 32 bits");
     let beyond = mesh.triangles.iter().flatten().find(|&&v| v as usize >= count);
     ensure!(beyond.is_none(), "a triangle names a vertex beyond {count}");
-    let mut data = Data::default();
-    let positions: Vec<[f32; 3]> = mesh.vertices.iter().map(|v| v.map(|c| c as f32)).collect();
-    let mut nodes = Vec::new();
-    if count > 0 && !mesh.triangles.is_empty() {
-        // glTF wants normals of length 1 everywhere.
-        let normals = mesh.vertex_normals().into_iter();
-        let normals = normals.map(|n| if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
-        let mut attributes = json!({
-            "POSITION": data.floats(&positions, true),
-            "NORMAL": data.floats(&normals.map(|n| n.map(|c| c as f32)).collect::<Vec<_>>(), false),
-        });
-        if colors.len() == count {
-            attributes["COLOR_0"] = data.colors(colors).into();
-        }
-        let indices = data.indices(&mesh.triangles);
-        nodes.push(json!({ "attributes": attributes, "indices": indices, "material": 0 }));
-    }
-    let base = if colors.len() == count { [1.0, 1.0, 1.0, 1.0] } else { [0.81, 0.67, 0.47, 1.0] };
-    let mut root = json!({
-        "asset": { "version": "2.0", "generator": concat!("patterns ", env!("CARGO_PKG_VERSION")) },
-        "scene": 0,
-        "scenes": [{}],
-    });
-    if !nodes.is_empty() {
-        root["scenes"] = json!([{ "nodes": [0] }]);
-        root["nodes"] = json!([{ "mesh": 0 }]);
-        root["meshes"] = json!([{ "primitives": nodes }]);
-        root["materials"] = json!([{
-            "pbrMetallicRoughness": { "baseColorFactor": base, "metallicFactor": 0.0, "roughnessFactor": 0.8 },
-            "doubleSided": true,
-        }]);
-        root["buffers"] = json!([{ "byteLength": data.bytes.len() }]);
-        root["bufferViews"] = Value::Array(data.views);
-        root["accessors"] = Value::Array(data.accessors);
-    }
-    let mut text = serde_json::to_vec(&root)?;
+    let some = count > 0 && !mesh.triangles.is_empty();
+    let colors = if colors.len() == count { colors } else { &[] };
+    let layout = if some { Layout::of(mesh, !colors.is_empty()) } else { Layout::default() };
+    let bytes = layout.bytes;
+    let mut text = serde_json::to_vec(&layout.document(!colors.is_empty()))?;
     text.resize(text.len().next_multiple_of(4), b' ');
-    let total = 12 + 8 + text.len() + if data.bytes.is_empty() { 0 } else { 8 + data.bytes.len() };
+    let total = 12 + 8 + text.len() + if some { 8 + bytes } else { 0 };
     out.write_all(b"glTF")?;
     out.write_all(&2_u32.to_le_bytes())?;
     out.write_all(&u32::try_from(total).context("more than 4 GiB for a GLB")?.to_le_bytes())?;
     out.write_all(&(text.len() as u32).to_le_bytes())?;
     out.write_all(&JSON.to_le_bytes())?;
     out.write_all(&text)?;
-    if !data.bytes.is_empty() {
-        out.write_all(&(data.bytes.len() as u32).to_le_bytes())?;
+    if some {
+        out.write_all(&(bytes as u32).to_le_bytes())?;
         out.write_all(&BIN.to_le_bytes())?;
-        out.write_all(&data.bytes)?;
+        write_data(mesh, colors, out)?;
     }
     Ok(())
 }
 
-/// The buffer and what describes it; each part begins at a multiple of 4 bytes.
+/// The buffer, straight to `out`: large meshes are not held twice. In the order of
+/// [`Layout::of`].
+fn write_data(mesh: &TriangleMesh, colors: &[Rgb], out: &mut impl Write) -> Result<()> {
+    let mut point = |p: [f64; 3]| out.write_all(p.map(|c| (c as f32).to_le_bytes()).as_flattened());
+    mesh.vertices.iter().try_for_each(|&p| point(p))?;
+    // glTF wants normals of length 1 everywhere.
+    let normals = mesh.vertex_normals().into_iter();
+    let mut normals = normals.map(|n| if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
+    normals.try_for_each(point)?;
+    for &color in colors {
+        // sRGB becomes linear, with alpha, as glTF wants.
+        let [r, g, b] = crate::render::linear(color).map(|c| (255.0 * c).round() as u8);
+        out.write_all(&[r, g, b, 255])?;
+    }
+    for triangle in &mesh.triangles {
+        out.write_all(triangle.map(u32::to_le_bytes).as_flattened())?;
+    }
+    Ok(())
+}
+
+/// Where the parts of the buffer are; each begins at a multiple of 4 bytes.
 #[derive(Default)]
-struct Data {
-    bytes: Vec<u8>,
+struct Layout {
+    bytes: usize,
     views: Vec<Value>,
     accessors: Vec<Value>,
 }
 
-impl Data {
-    /// A view of what was added from `start` on; returns the number of its accessor.
-    fn finish(&mut self, start: usize, target: u64, accessor: Value) -> usize {
-        let length = self.bytes.len() - start;
-        self.views.push(
-            json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": target }),
-        );
+impl Layout {
+    /// Positions, normals, perhaps colours, indices.
+    fn of(mesh: &TriangleMesh, colors: bool) -> Self {
+        let count = mesh.vertices.len();
+        let mut layout = Self::default();
+        // Of the numbers as they are written, as glTF wants.
+        let end = |pick: fn(f32, f32) -> f32| {
+            let of = |m: usize| mesh.vertices.iter().map(move |p| p[m] as f32).reduce(pick);
+            [0, 1, 2].map(|m| of(m).unwrap_or(0.0))
+        };
+        let [min, max] = [end(f32::min), end(f32::max)];
+        let vectors = json!({ "componentType": FLOAT, "count": count, "type": "VEC3" });
+        layout.add(12 * count, CORNERS, vectors.clone(), json!({ "min": min, "max": max }));
+        layout.add(12 * count, CORNERS, vectors, json!({}));
+        if colors {
+            let bytes = json!({ "componentType": BYTE, "count": count, "type": "VEC4" });
+            layout.add(4 * count, CORNERS, bytes, json!({ "normalized": true }));
+        }
+        let count = 3 * mesh.triangles.len();
+        let numbers = json!({ "componentType": UINT, "count": count, "type": "SCALAR" });
+        layout.add(4 * count, INDICES, numbers, json!({}));
+        layout
+    }
+
+    /// A part of `length` bytes, and the accessor of its elements, with `more` about it.
+    fn add(&mut self, length: usize, target: u64, mut accessor: Value, more: Value) {
+        accessor["bufferView"] = self.views.len().into();
+        if let (Some(all), Value::Object(more)) = (accessor.as_object_mut(), more) {
+            all.extend(more);
+        }
         self.accessors.push(accessor);
-        self.accessors.len() - 1
+        self.views.push(
+            json!({ "buffer": 0, "byteOffset": self.bytes, "byteLength": length, "target": target }),
+        );
+        self.bytes += length;
     }
 
-    fn floats(&mut self, points: &[[f32; 3]], ends: bool) -> usize {
-        let start = self.bytes.len();
-        self.bytes.extend(points.as_flattened().iter().flat_map(|c| c.to_le_bytes()));
-        let mut accessor = json!({
-            "bufferView": self.views.len(), "componentType": FLOAT, "count": points.len(), "type": "VEC3",
+    /// The whole description.
+    fn document(self, colors: bool) -> Value {
+        let mut root = json!({
+            "asset": { "version": "2.0", "generator": concat!("patterns ", env!("CARGO_PKG_VERSION")) },
+            "scene": 0,
+            "scenes": [{}],
         });
-        if ends {
-            let end = |pick: fn(f32, f32) -> f32| {
-                [0, 1, 2].map(|m| points.iter().map(|p| p[m]).reduce(pick).unwrap_or(0.0))
-            };
-            accessor["min"] = json!(end(f32::min));
-            accessor["max"] = json!(end(f32::max));
+        if self.accessors.is_empty() {
+            return root;
         }
-        self.finish(start, 34962, accessor)
-    }
-
-    /// sRGB becomes linear, with alpha, as glTF wants.
-    fn colors(&mut self, colors: &[Rgb]) -> usize {
-        let start = self.bytes.len();
-        for &color in colors {
-            let linear = crate::render::linear(color).map(|c| (255.0 * c).round() as u8);
-            self.bytes.extend(linear);
-            self.bytes.push(255);
+        let mut attributes = json!({ "POSITION": 0, "NORMAL": 1 });
+        if colors {
+            attributes["COLOR_0"] = 2.into();
         }
-        let accessor = json!({
-            "bufferView": self.views.len(), "componentType": BYTE, "normalized": true,
-            "count": colors.len(), "type": "VEC4",
-        });
-        self.finish(start, 34962, accessor)
-    }
-
-    fn indices(&mut self, triangles: &[[u32; 3]]) -> usize {
-        let start = self.bytes.len();
-        self.bytes.extend(triangles.as_flattened().iter().flat_map(|v| v.to_le_bytes()));
-        let accessor = json!({
-            "bufferView": self.views.len(), "componentType": UINT,
-            "count": 3 * triangles.len(), "type": "SCALAR",
-        });
-        self.finish(start, 34963, accessor)
+        let indices = self.accessors.len() - 1;
+        let primitive = json!({ "attributes": attributes, "indices": indices, "material": 0 });
+        let base = if colors { [1.0, 1.0, 1.0, 1.0] } else { [0.81, 0.67, 0.47, 1.0] };
+        root["scenes"] = json!([{ "nodes": [0] }]);
+        root["nodes"] = json!([{ "mesh": 0 }]);
+        root["meshes"] = json!([{ "primitives": [primitive] }]);
+        root["materials"] = json!([{
+            "pbrMetallicRoughness": { "baseColorFactor": base, "metallicFactor": 0.0, "roughnessFactor": 0.8 },
+            "doubleSided": true,
+        }]);
+        root["buffers"] = json!([{ "byteLength": self.bytes }]);
+        root["bufferViews"] = Value::Array(self.views);
+        root["accessors"] = Value::Array(self.accessors);
+        root
     }
 }
 

@@ -12,6 +12,7 @@ use crate::render::{
 };
 use anyhow::Result;
 use patterns::{Colors, Surface, SurfaceValues};
+use solvers::mesh::Clustered;
 use std::{io::Write, path::Path};
 
 /// Triangles above which a coarser mesh is drawn: pictures have fewer pixels, and a ray tracer
@@ -62,31 +63,35 @@ fn scale(values: &SurfaceValues) -> (Colormap, [f64; 2]) {
     (Colormap::of(values.colors), range)
 }
 
-/// What there is to render.
-fn stage(surface: &Surface, look: &Look) -> Stage {
+/// The colours of some of a surface's vertices, or of some of its triangles.
+fn paint(
+    surface: &Surface,
+    vertices: impl Iterator<Item = u32>,
+    triangles: impl Iterator<Item = u32>,
+) -> Paint {
     let colors = colors(surface);
-    let mut mesh = surface.mesh.clone();
-    let paint = if colors.len() == mesh.vertices.len() && !colors.is_empty() {
-        Paint::Vertices(colors)
-    } else if surface.caps.len() == mesh.triangles.len() {
-        let color = |&cap: &bool| if cap { DARK } else { BEIGE };
-        Paint::Triangles(surface.caps.iter().map(color).collect())
+    if colors.len() == surface.mesh.vertices.len() && !colors.is_empty() {
+        Paint::Vertices(vertices.map(|n| colors[n as usize]).collect())
+    } else if surface.caps.len() == surface.mesh.triangles.len() {
+        let color = |n: u32| if surface.caps[n as usize] { DARK } else { BEIGE };
+        Paint::Triangles(triangles.map(color).collect())
     } else {
         Paint::Plain(BEIGE)
-    };
-    let paint = if mesh.triangles.len() > MOST {
-        let coarse = mesh.clustered((SHARE * mesh.area() / MOST as f64).sqrt());
-        mesh = coarse.mesh;
-        let pick = |from: &[Rgb], which: &[u32]| which.iter().map(|&n| from[n as usize]).collect();
-        match paint {
-            Paint::Vertices(colors) => Paint::Vertices(pick(&colors, &coarse.vertices)),
-            Paint::Triangles(colors) => Paint::Triangles(pick(&colors, &coarse.triangles)),
-            Paint::Plain(color) => Paint::Plain(color),
-        }
+    }
+}
+
+/// What there is to render.
+fn stage(surface: &Surface, look: &Look) -> Stage {
+    let mut parts = vec![if surface.mesh.triangles.len() > MOST {
+        let cell = (SHARE * surface.mesh.area() / MOST as f64).sqrt();
+        let Clustered { mesh, vertices, triangles } = surface.mesh.clustered(cell);
+        let paint = paint(surface, vertices.into_iter(), triangles.into_iter());
+        Part { mesh, paint, inside: DARK }
     } else {
-        paint
-    };
-    let mut parts = vec![Part { mesh, paint, inside: DARK }];
+        let mesh = surface.mesh.clone();
+        let paint = paint(surface, 0..mesh.vertices.len() as u32, 0..mesh.triangles.len() as u32);
+        Part { mesh, paint, inside: DARK }
+    }];
     parts.extend(surface.marks.iter().map(|(mesh, color)| Part::new(mesh.clone(), *color)));
     if let Some([low, high]) = surface.frame {
         let diagonal = (0..3).map(|m| (high[m] - low[m]).powi(2)).sum::<f64>().sqrt();

@@ -185,9 +185,10 @@ impl Growth {
         let discrepancy = flow.energy().discrepancy(u);
         let mass = solvers::field::sum(phase.as_slice(), |u| u) / phase.as_slice().len() as f64;
         let [nz, ny, nx] = grid.shape().map(|n| n as f64 * self.spacing);
+        let area = mesh.area();
         let torus = mesh.on_torus([nx, ny, nz]);
         let genus = torus.genus().map_or(f64::NAN, |genus| genus as f64);
-        let measures = [energy, discrepancy, mass, mesh.area(), genus, torus.components() as f64];
+        let measures = [energy, discrepancy, mass, area, genus, torus.components() as f64];
         Ok(Grown::Shape(Box::new(Shape { measures, diagram, phase })))
     }
 }

@@ -270,7 +270,7 @@ impl Run for Texture {
     fn artifacts(&self) -> Vec<Artifact> {
         // Large boxes have large meshes: never two of them at once.
         let diagram = self.flow.diagram(&self.surface(false).mesh);
-        let mut artifacts = diagram.map_or_else(|_| Vec::new(), |d| view::diagram(&d));
+        let mut artifacts = diagram.map_or_else(|_| Vec::new(), view::diagram);
         let shape = view::shape("shape", self.surface(true), self.size());
         artifacts.extend([
             Artifact::Surface(Surface { turntable: self.config.turntable, ..shape }),

@@ -13,6 +13,9 @@ pub(super) const RANGE: [f64; 2] = [-100.0, 100.0];
 /// Triangles in the picture of a diagram.
 const DOTS: usize = 6000;
 
+/// Triangles in its table: the surface of a box of 256^3 voxels has ten times as many.
+const ROWS: usize = 2_000_000;
+
 /// The first part of the history, which would hide the rest, is cut off above.
 const SETTLED: usize = 20;
 
@@ -84,10 +87,19 @@ pub(super) fn history(history: &[[f64; 2]]) -> Artifact {
     })
 }
 
-/// The curvature diagram as a picture, and all its triangles as a table.
-pub(super) fn diagram(diagram: &Diagram) -> Vec<Artifact> {
-    let column = |c: usize| diagram.0.values.iter().map(|k| k[c]).collect();
+/// The curvature diagram as a picture, and its triangles as a table: at most [`ROWS`] of them,
+/// drawn by chance, their areas scaled so that the sum stays the surface's.
+pub(super) fn diagram(diagram: Diagram) -> Vec<Artifact> {
     let shown = diagram.0.subsample(DOTS, 0);
+    let area = diagram.area();
+    let table = if diagram.0.values.len() > ROWS {
+        let mut part = diagram.0.subsample(ROWS, 0);
+        part.weights.iter_mut().for_each(|share| *share *= area);
+        part
+    } else {
+        diagram.0
+    };
+    let column = |c: usize| table.values.iter().map(|k| k[c]).collect();
     let inside = |k: &&[f64; 2]| k.iter().all(|k| (RANGE[0]..=RANGE[1]).contains(k));
     let axis = |label: &str| Axis { label: label.into(), log: false, range: Some(RANGE) };
     vec![
@@ -114,7 +126,7 @@ pub(super) fn diagram(diagram: &Diagram) -> Vec<Artifact> {
             columns: vec![
                 ("kappa_1 (1/length)".into(), column(0)),
                 ("kappa_2 (1/length)".into(), column(1)),
-                ("area (length^2)".into(), diagram.0.weights.clone()),
+                ("area (length^2)".into(), table.weights.clone()),
             ],
         },
     ]

@@ -37,14 +37,18 @@ impl TriangleMesh {
             return Err(Error::out_of_range("corner of a triangle", f64::from(bad), &range));
         }
         let one = |t: usize| {
+            let corners = self.triangles[t].map(|v| self.vertices[v as usize]);
+            let center = [0, 1, 2].map(|m| corners.iter().map(|c| c[m]).sum::<f64>() / 3.0);
             let area = 0.5 * super::norm(self.double_normal(t));
-            (area >= least_area).then(|| {
-                let corners = self.triangles[t].map(|v| self.vertices[v as usize]);
-                let center = [0, 1, 2].map(|m| corners.iter().map(|c| c[m]).sum::<f64>() / 3.0);
-                (fields.map(|field| interpolate(field, boundary, center)), area)
-            })
+            (fields.map(|field| interpolate(field, boundary, center)), area)
         };
-        let (values, weights) = (0..self.triangles.len()).into_par_iter().filter_map(one).unzip();
+        // All of them, whose number is known, straight to their places: large meshes fit once.
+        let (mut values, mut weights) = (Vec::new(), Vec::new());
+        let all = (0..self.triangles.len()).into_par_iter().map(one);
+        all.unzip_into_vecs(&mut values, &mut weights);
+        let mut large = weights.iter().map(|&area| area >= least_area);
+        values.retain(|_| large.next().unwrap_or(false));
+        weights.retain(|&area| area >= least_area);
         Ok(SurfaceSamples { values, weights })
     }
 }

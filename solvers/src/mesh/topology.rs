@@ -63,14 +63,13 @@ impl TriangleMesh {
     /// Serves topology: triangles at the far faces reach through the whole box. At least
     /// three nodes an axis.
     #[must_use]
-    pub fn on_torus(&self, period: [f64; 3]) -> Self {
-        let mut mesh = self.clone();
-        for vertex in &mut mesh.vertices {
+    pub fn on_torus(mut self, period: [f64; 3]) -> Self {
+        for vertex in &mut self.vertices {
             for (c, length) in vertex.iter_mut().zip(period) {
                 *c = if *c == length { 0.0 } else { *c };
             }
         }
-        mesh.weld()
+        self.weld()
     }
 
     /// Vertices at edges of a single triangle, where the surface ends; sorted.
